@@ -88,18 +88,16 @@ fail:
 static enum weft_result find(const struct weft_log *log, const char *text, size_t length,
                              enum weft_quantity *out)
 {
-    char list[256] = "";
+    char explanation[256];
     for (int i = 0; i < WEFT_QUANTITY_COUNT; i++) {
         const char *name = weft_quantity_names[i];
         *out = (enum weft_quantity)i;
         if (strlen(name) == length && !strncmp(name, text, length))
             return WEFT_OK;
-        const size_t end = strlen(list);
-        snprintf(list + end, sizeof list - end, "%s%s", i ? ", " : "", name);
     }
-    const char *meant = weft_closest_find(text, length, weft_quantity_names);
-    weft_error(log, "no quantity '%.*s'%s%s%s: there are %s", (int)(length < 64 ? length : 64),
-               text, meant ? " (did you mean " : "", meant ? meant : "", meant ? "?)" : "", list);
+    weft_error(
+        log, "no quantity '%.*s'%s", (int)(length < 64 ? length : 64), text,
+        weft_closest_explain(text, length, weft_quantity_names, explanation, sizeof explanation));
     return WEFT_ERR_ARGUMENT;
 }
 

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "filter/check.h"
+#include "filter/closest.h"
 #include "passes/gl/context_backend.h"
 
 // In the order in which they are tried; a device of EGL counts only when it is hardware.
@@ -150,9 +151,9 @@ enum weft_result weft_context_kind_parse(const struct weft_log *log, const char 
             return WEFT_OK;
         }
     }
-    weft_error(log, "unknown context '%.64s'; there are: %s, %s, %s", text,
-               weft_context_kind_names[WEFT_CONTEXT_AUTO],
-               weft_context_kind_names[WEFT_CONTEXT_OSMESA],
-               weft_context_kind_names[WEFT_CONTEXT_EGL]);
+    char explanation[128];
+    weft_error(log, "no context '%.64s'%s", text,
+               weft_closest_explain(text, strlen(text), weft_context_kind_names, explanation,
+                                    sizeof explanation));
     return WEFT_ERR_ARGUMENT;
 }

@@ -64,15 +64,11 @@ static void format_counts(const int *counts, char *text, size_t size)
 static void log_unknown(const struct weft_log *log, const char *text, size_t length)
 {
     const char *names[MAX_NAMES] = {NULL};
-    char list[512] = "";
-    for (size_t i = 0; weft_jitter_list[i] && i + 1 < MAX_NAMES; i++) {
+    char explanation[512];
+    for (size_t i = 0; weft_jitter_list[i] && i + 1 < MAX_NAMES; i++)
         names[i] = weft_jitter_list[i]->name;
-        append(list, sizeof list, i > 0 ? ", " : "");
-        append(list, sizeof list, names[i]);
-    }
-    const char *meant = weft_closest_find(text, length, names);
-    weft_error(log, "no set of samples '%.*s'; %s%s", (int)length, text,
-               meant ? "did you mean " : "there are ", meant ? meant : list);
+    weft_error(log, "no set of samples '%.*s'%s", (int)length, text,
+               weft_closest_explain(text, length, names, explanation, sizeof explanation));
 }
 
 static bool has_count(const struct weft_log *log, const struct weft_jitter_info *info, int count)

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "filter/check.h"
+#include "filter/closest.h"
 
 enum { MAX_INTERNAL_BITS = 24, MAX_TAPS = 16, MAX_SCALE = 256 };
 
@@ -209,10 +210,13 @@ static bool read_pair(const struct reader *r, const char *pair)
     for (size_t i = 0; equals && i < WEFT_COUNT(keys); i++)
         if (strlen(keys[i].key) == length && strncmp(keys[i].key, pair, length) == 0)
             return keys[i].read(r, keys[i].key, equals + 1);
-    weft_error(r->log,
-               "profile: unknown '%.64s'; keys are: target, internal-bits, range, taps, dot, "
-               "max-scale, ping-pong",
-               pair);
+    const char *names[WEFT_COUNT(keys) + 1] = {NULL};
+    char explanation[256];
+    for (size_t i = 0; i < WEFT_COUNT(keys); i++)
+        names[i] = keys[i].key;
+    weft_error(
+        r->log, "profile: no KEY=VALUE '%.64s'%s", pair,
+        weft_closest_explain(pair, equals ? length : 0, names, explanation, sizeof explanation));
     return false;
 }
 
@@ -246,15 +250,16 @@ fail:
     return WEFT_ERR_ARGUMENT;
 }
 
+enum { MAX_NAMES = 32 };
+
 static void log_unknown(const struct weft_log *log, const char *name)
 {
-    char names[256] = "";
-    for (int i = 0; weft_profile_list[i]; i++) {
-        const size_t used = strlen(names);
-        snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "",
-                 weft_profile_list[i]->name);
-    }
-    weft_error(log, "unknown profile '%.64s'; there are: %s", name, names);
+    const char *names[MAX_NAMES + 1] = {NULL};
+    char explanation[256];
+    for (int i = 0; i < MAX_NAMES && weft_profile_list[i]; i++)
+        names[i] = weft_profile_list[i]->name;
+    weft_error(log, "no profile '%.64s'%s", name,
+               weft_closest_explain(name, strlen(name), names, explanation, sizeof explanation));
 }
 
 enum weft_result weft_profile_parse(const struct weft_log *log, const char *text,

@@ -331,7 +331,7 @@ static void test_options(void **state)
         {{"--transfer", "gamma"}, "not auto, linear, srgb, or gamma:G"},
         {{"--transfer", "gamma:nan"}, "not auto, linear, srgb, or gamma:G"},
         {{"--range", "0,1"}, "--range and --colour-map need --preview"},
-        {{"--preview", "p.png", "--colour-map", "no"}, "unknown colour map 'no'"},
+        {{"--preview", "p.png", "--colour-map", "no"}, "no colour map 'no'"},
         {{"--threads", "0"}, "--threads 0: not a whole number from 1"},
         {{"-q", "-v"}, "-q and -v exclude each other"},
     };

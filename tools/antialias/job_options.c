@@ -177,10 +177,10 @@ static enum weft_result read_way(struct antialias_job *job)
             job->params.way = (enum antialias_way)i;
             return WEFT_OK;
         }
-    const char *meant = weft_closest_find(name, strlen(name), antialias_way_names);
-    report_error("no way '%s' of anti-aliasing%s%s%s there are acaa, msaa, adaptive, supersample "
-                 "and none",
-                 name, meant ? "; did you mean " : ";", meant ? meant : "", meant ? "?" : "");
+    char explanation[256];
+    report_error("no way '%s' of anti-aliasing%s", name,
+                 weft_closest_explain(name, strlen(name), antialias_way_names, explanation,
+                                      sizeof explanation));
     return WEFT_ERR_ARGUMENT;
 }
 

@@ -47,16 +47,12 @@ bool preview_annotate(const struct preview_options *options, const char *title, 
 
 static enum weft_result unknown_colour_map(const char *name)
 {
-    const char *name_of[MAX_MAPS + 1] = {NULL};
-    char names[512] = "";
-    for (int i = 0; weft_colour_map_list[i] && i < MAX_MAPS; i++) {
-        const size_t used = strlen(names);
-        name_of[i] = weft_colour_map_list[i]->name;
-        snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "", name_of[i]);
-    }
-    const char *meant = weft_closest_find(name, strlen(name), name_of);
-    report_error("unknown colour map '%s'; %s%s%sthere are: %s", name, meant ? "did you mean " : "",
-                 meant ? meant : "", meant ? "? " : "", names);
+    const char *names[MAX_MAPS + 1] = {NULL};
+    char explanation[512];
+    for (int i = 0; i < MAX_MAPS && weft_colour_map_list[i]; i++)
+        names[i] = weft_colour_map_list[i]->name;
+    report_error("no colour map '%s'%s", name,
+                 weft_closest_explain(name, strlen(name), names, explanation, sizeof explanation));
     return WEFT_ERR_ARGUMENT;
 }
 

@@ -24,10 +24,11 @@ enum weft_result effect_parse(const struct weft_log *log, const char *text, unsi
         const size_t length = strcspn(at, "+");
         const unsigned bit = find_bit(at, length);
         if (!bit) {
-            log_error(log,
-                      "no effect '%.*s'; there are fade, motion-blur, antialias, dof, soft-shadow "
-                      "and radiosity, several in one run with + between them",
-                      length > 48 ? 48 : (int)length, at);
+            char explanation[256];
+            log_error(log, "no effect '%.*s'%s, several in one run with + between them",
+                      length > 48 ? 48 : (int)length, at,
+                      weft_closest_explain(at, length, effect_names, explanation,
+                                           sizeof explanation));
             return WEFT_ERR_ARGUMENT;
         }
         if (effects & bit) {

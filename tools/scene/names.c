@@ -35,17 +35,23 @@ static bool is_file(const char *name)
     return false;
 }
 
+enum { MAX_NAMES = 32 };
+
 static enum weft_result complain_name(const struct scene_params *params)
 {
+    const char *names[MAX_NAMES + 1] = {NULL}, *meant;
     char list[400] = "";
-    for (int i = 0; scene_list[i]; i++) {
+    for (int i = 0; i < MAX_NAMES && scene_list[i]; i++) {
         const size_t length = strlen(list);
-        snprintf(list + length, sizeof list - length, "%s%s%s", i ? ", " : "", scene_list[i]->name,
+        names[i] = scene_list[i]->name;
+        snprintf(list + length, sizeof list - length, "%s%s%s", i ? ", " : "", names[i],
                  scene_list[i]->arguments ? scene_list[i]->arguments : "");
     }
+    meant = weft_closest_find(params->name, strcspn(params->name, ":"), names);
     log_error(params->log,
-              "%.200s is no scene: there are %s, and files that end in .obj, .ply, .gltf or .glb",
-              *params->name ? params->name : "\"\"", list);
+              "no scene '%.200s'%s%s%s there are %s, and files that end in .obj, .ply, .gltf or .glb",
+              params->name, meant ? "; did you mean " : ";", meant ? meant : "", meant ? "?" : "",
+              list);
     return WEFT_ERR_ARGUMENT;
 }
 

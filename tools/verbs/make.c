@@ -78,18 +78,20 @@ struct make_job {
     double start, seconds; // of sampling
 };
 
+enum { MAX_NAMES = 32 };
+
 static enum weft_result unknown_signal(const char *name)
 {
-    char names[512] = "";
-    for (int i = 0; weft_signal_list[i]; i++) {
-        size_t used = strlen(names);
-        snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "",
-                 weft_signal_list[i]->name);
-    }
+    const char *names[MAX_NAMES + 1] = {NULL};
+    char explanation[512];
+    for (int i = 0; i < MAX_NAMES && weft_signal_list[i]; i++)
+        names[i] = weft_signal_list[i]->name;
+    weft_closest_explain(name ? name : "", name ? strlen(name) : 0, names, explanation,
+                         sizeof explanation);
     if (name)
-        report_error("unknown signal '%s'; there are: %s", name, names);
+        report_error("no signal '%s'%s", name, explanation);
     else
-        report_error("no signal given; there are: %s", names);
+        report_error("no signal given%s", explanation);
     return WEFT_ERR_ARGUMENT;
 }
 

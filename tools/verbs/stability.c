@@ -83,6 +83,17 @@ static bool is_named(const char *list, const char *name)
     return false;
 }
 
+static bool report_unknown(const char *name)
+{
+    const char *names[MAX_CASES + 1] = {NULL};
+    char explanation[512];
+    for (int i = 0; i < MAX_CASES && weft_stability_list[i]; i++)
+        names[i] = weft_stability_list[i]->name;
+    report_error("no case '%s'%s", name,
+                 weft_closest_explain(name, strlen(name), names, explanation, sizeof explanation));
+    return false;
+}
+
 // Whether all names of a list are cases; false after an error line.
 static bool check_names(const char *list)
 {
@@ -90,8 +101,7 @@ static bool check_names(const char *list)
         char name[64];
         snprintf(name, sizeof name, "%.*s", (int)strcspn(at, ","), at);
         if (!weft_stability_find(name)) {
-            report_error("unknown case '%s'; weft stability --list lists them", name);
-            return false;
+            return report_unknown(name);
         }
     }
     return true;

@@ -132,7 +132,7 @@ static void bad_values_are_refused(void **state)
         {"none", {"--light", "1,1,1", "--scene", "cube"}, "cube has no lamp that can be moved"},
         {"none", {"--shadow-size", "64", "--scene", "cube"}, "no lamp that throws shadows"},
         {"none", {"--shadow-size", "1.5"}, "--shadow-size 1.5: not a whole number"},
-        {"none", {"--scene", "cubes"}, "cubes is no scene: there are cube"},
+        {"none", {"--scene", "cubes"}, "no scene 'cubes'; did you mean cube? there are cube,"},
         {"none", {"--scene", "cube:3"}, "the scene cube has no arguments"},
         {"none", {"--range", "0,1"}, "--range needs --preview OUT.png"},
         {"none", {"--range", "1,0", "--preview", "p.png"}, "--range 1,0: LO must be less"},

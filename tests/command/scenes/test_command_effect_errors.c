@@ -142,7 +142,7 @@ static void bad_values_are_refused(void **state)
         {"fade", {"--weights=1,-1"}, "they add up to 0, which must be above 0"},
         {"fade", {"--weights", "1,2", "--fade", "0.5"}, "--weights and --fade exclude each other"},
         {"fade", {"--fade", "1.5"}, "--fade 1.5: not from 0, the first scene, to 1"},
-        {"antialias", {"--scene", "cubes"}, "cubes is no scene: there are cube"},
+        {"antialias", {"--scene", "cubes"}, "no scene 'cubes'; did you mean cube? there are cube,"},
         {"antialias", {"--scene", "cube:3"}, "the scene cube has no arguments"},
         {"antialias", {"--scene", "polygons:x"}, "polygons"},
         {"antialias", {"--method", "nearest"}, "'nearest' is not one of: auto, exact"},

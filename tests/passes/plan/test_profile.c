@@ -87,10 +87,10 @@ static void mistakes_are_named(void **state)
     static const struct {
         const char *text, *message;
     } cases[] = {
-        {"voodoo", "unknown profile 'voodoo'; there are: fp32, fp16, unorm16, unorm8, geforce3"},
-        {"", "unknown profile ''"},
-        {"unorm8,bits=3", "unknown 'bits=3'; keys are: target, internal-bits, range"},
-        {"unorm8,taps", "unknown 'taps'"},
+        {"voodoo", "no profile 'voodoo'; there are fp32, fp16, unorm16, unorm8, geforce3"},
+        {"", "no profile ''"},
+        {"unorm8,bits=3", "no KEY=VALUE 'bits=3'; there are target, internal-bits, range"},
+        {"unorm8,taps", "no KEY=VALUE 'taps'; there are target"},
         {"taps=0", "taps takes a number from 1 to 16, not '0'"},
         {"taps=1.5", "taps takes a whole number, not '1.5'"},
         {"taps=many", "taps takes a number from 1 to 16, not 'many'"},

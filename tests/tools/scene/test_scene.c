@@ -509,13 +509,13 @@ static void test_bad_names(void **state)
         const char *name, *says;
     } cases[] = {
         {"", "there are cube, cornell, furnace[:RHO], polygons[:N[,PIXELS]], plane, moving"},
-        {"cubes", "cubes is no scene"},
-        {"cub", "cub is no scene"},
-        {"Cube", "Cube is no scene"},
-        {"obj", "obj is no scene"},
+        {"cubes", "no scene 'cubes'"},
+        {"cub", "no scene 'cub'"},
+        {"Cube", "no scene 'Cube'"},
+        {"obj", "no scene 'obj'"},
         {"cu\x1b"
          "be",
-         "cu?be is no scene"},
+         "no scene 'cu?be'"},
         {"cube:", "the scene cube has no arguments"},
         {"cornell:1", "the scene cornell has no arguments"},
         {"polygons:", "the count must be a whole number from 1 to 1000000"},
