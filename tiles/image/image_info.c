@@ -11,6 +11,7 @@
 #include "tiles/image/image_attribute.h"
 #include "tiles/image/image_impl.h"
 #include "tiles/image/image_wire.h"
+#include "tiles/process/foreign.h"
 
 // ---- what a file is -----------------------------------------------------------------------------
 
@@ -48,6 +49,11 @@ enum weft_result weft_image_find_kind(const struct weft_log *log, const char *pa
     }
     if (weft_image_recognise(start, (size_t)got, out))
         return WEFT_OK;
+    const char *name = weft_foreign_name(start, (size_t)got);
+    if (name) {
+        weft_error(log, "%s is %s, not an image (an EXR, PNG or TIFF file)", path, name);
+        return WEFT_ERR_FORMAT;
+    }
     weft_error(log,
                "%s is neither an EXR, a PNG nor a TIFF file: it starts with bytes %02x %02x %02x "
                "%02x",

@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "tiles/process/client.h"
+#include "tiles/process/foreign.h"
 #include "tiles/volume/region.h"
 #include "tiles/volume/volume_impl.h"
 #include "tiles/volume/volume_wire.h"
@@ -174,17 +175,22 @@ static bool layout_valid(const struct weft_raw_layout *raw)
 static enum weft_result recognise(const struct weft_volume_open_params *params, int fd,
                                   enum weft_volume_format *out)
 {
-    unsigned char start[4] = {0};
+    unsigned char start[8] = {0};
     const ssize_t size = pread(fd, start, sizeof start, 0);
     *out = params->raw ? WEFT_VOLUME_RAW
            : size > 0  ? weft_volume_recognise(start, (size_t)size)
                        : WEFT_VOLUME_VDB;
     if (*out != WEFT_VOLUME_MEMORY)
         return WEFT_OK;
-    weft_error(params->log,
-               "%s: neither a VDB, an NRRD nor a NIfTI file (wrong magic number): it starts with "
-               "bytes %02x %02x %02x %02x",
-               params->path, start[0], start[1], start[2], start[3]);
+    const char *name = weft_foreign_name(start, (size_t)(size > 0 ? size : 0));
+    if (name)
+        weft_error(params->log, "%s is %s, not a volume (a VDB, NRRD or NIfTI file)", params->path,
+                   name);
+    else
+        weft_error(params->log,
+                   "%s: neither a VDB, an NRRD nor a NIfTI file: it starts with bytes %02x %02x "
+                   "%02x %02x (samples without a header need a layout)",
+                   params->path, start[0], start[1], start[2], start[3]);
     return WEFT_ERR_FORMAT;
 }
 
@@ -207,7 +213,8 @@ static enum weft_result start(const struct weft_volume_open_params *params,
         goto fail;
     }
     if (!S_ISREG(stat.st_mode)) {
-        weft_error(log, "%s is not a regular file", params->path);
+        weft_error(log, "%s is %s", params->path,
+                   S_ISDIR(stat.st_mode) ? "a folder" : "not a regular file");
         goto fail;
     }
     res = recognise(params, fd, format);

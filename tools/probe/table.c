@@ -278,6 +278,8 @@ enum weft_result probe_table_read(const char *path, int threads, struct probe_ta
         report_error("%s: there is no point in it", t->name);
         res = WEFT_ERR_FORMAT;
     }
+    if (res == WEFT_OK && !t->count)
+        report_warning("%s: there is no point in it, only a line of names", t->name);
     return res == WEFT_OK ? parse_lines(t, threads) : res;
 }
 

@@ -328,7 +328,7 @@ static void test_refused(void **state)
         {"far.vdb", NULL, "1073741824", WEFT_ERR_LIMIT},
         {"streamed.vdb", NULL, "streamed", WEFT_ERR_UNSUPPORTED},
         {"missing.vdb", NULL, "missing.vdb: No such file", WEFT_ERR_OPEN},
-        {".", NULL, "not a regular file", WEFT_ERR_OPEN},
+        {".", NULL, ". is a folder", WEFT_ERR_OPEN},
     };
     if (!make_fixtures())
         skip();
