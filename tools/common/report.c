@@ -247,6 +247,40 @@ void report_line(const char *format, ...)
     free(line);
 }
 
+// ---- progress -----------------------------------------------------------------------------------
+
+static char shown_text[160]; // the line, without the seconds behind it
+static double shown_at;      // when that came
+
+// A line that has stood for a second says how long the command has run, and each second anew.
+static void *tick(void *begun)
+{
+    for (const double start = *(const double *)begun;;) {
+        nanosleep(&(struct timespec){.tv_sec = 1}, NULL);
+        pthread_mutex_lock(&screen);
+        const double now = report_now_seconds();
+        if (progress_percent >= 0 && now - shown_at > 0.9)
+            fprintf(stderr, "\r%s, %.0f s\033[K", shown_text, now - start);
+        pthread_mutex_unlock(&screen);
+    }
+    return NULL;
+}
+
+// The screen is locked.
+static void show_text(int percent)
+{
+    static double begun;
+    static pthread_t ticker;
+    shown_at = report_now_seconds();
+    fprintf(stderr, "\r%s\033[K", shown_text);
+    progress_percent = percent;
+    if (begun == 0.0) {
+        begun = shown_at;
+        if (ending_start_thread(&ticker, tick, &begun))
+            pthread_detach(ticker);
+    }
+}
+
 static bool shows_progress(void)
 {
     return !held_lines && !muted && shown_level >= WEFT_LOG_WARNING && isatty(STDERR_FILENO);
@@ -261,8 +295,9 @@ static bool show_progress(void *priv, double fraction)
     if (percent >= 100) {
         erase_progress();
     } else if (percent != progress_percent && shows_progress()) {
-        fprintf(stderr, "\rweft: %s%s %3d %%\033[K", part.place, progress_what, percent);
-        progress_percent = percent;
+        snprintf(shown_text, sizeof shown_text, "weft: %s%s %3d %%", part.place, progress_what,
+                 percent);
+        show_text(percent);
     }
     pthread_mutex_unlock(&screen);
     return !ending_is_due();
@@ -290,8 +325,9 @@ void report_stage(const char *what, const char *path)
     if (!shows_progress())
         return;
     pthread_mutex_lock(&screen);
-    fprintf(stderr, "\rweft: %s%s %s\033[K", part.place, what, shown_name(path, name));
-    progress_percent = NO_PERCENTAGE;
+    snprintf(shown_text, sizeof shown_text, "weft: %s%s %s", part.place, what,
+             shown_name(path, name));
+    show_text(NO_PERCENTAGE);
     pthread_mutex_unlock(&screen);
 }
 

@@ -74,7 +74,8 @@ void report_line(const char *format, ...) __attribute__((format(printf, 1, 2)));
 const struct weft_log *report_log(void);
 
 // For the library's progress members: false once a deferred interrupt has come. With a terminal on
-// stderr it shows `what` and a percentage there, until all is done.
+// stderr it shows `what` and a percentage there, until all is done; behind what stands for a second
+// or more, here and below, how long progress has been shown.
 const struct weft_progress *report_progress(const char *what);
 // The same for work that tells no fraction: "reading", "large.exr".
 void report_stage(const char *what, const char *path);

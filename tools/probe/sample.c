@@ -202,6 +202,7 @@ enum weft_result probe_sample(struct probe_job *job)
     job->components = 1;
     for (int c = 0; res == WEFT_OK && c < job->components; c++) {
         weft_volume *volume = NULL;
+        report_stage("reading", job->input);
         res = open_component(job, c, &volume);
         if (res == WEFT_OK && c == 0)
             res = set_volume(job, volume);

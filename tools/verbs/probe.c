@@ -170,9 +170,13 @@ static enum weft_result write_results(struct probe_job *job)
 {
     const struct option_value *o = job->option;
     const double start = report_now_seconds();
+    const char *path = o[PROBE_OUTPUT].given ? o[PROBE_OUTPUT].text : "/dev/stdout";
     enum weft_result res = WEFT_OK;
+    if (!paths_is_stdout(path))
+        report_stage("writing", path);
     if (o[PROBE_OUTPUT].given || !o[PROBE_JSON].given)
-        res = probe_write(job, o[PROBE_OUTPUT].given ? o[PROBE_OUTPUT].text : "/dev/stdout");
+        res = probe_write(job, path);
+    report_erase_progress();
     job->write_seconds = report_now_seconds() - start;
     if (res == WEFT_OK)
         probe_report(job);
