@@ -29,12 +29,54 @@ static int find_long(const struct option_parse *parse, const char *name, size_t 
 static const struct {
     const char *name, *option;
 } option_aliases[] = {
-    {"filter", "kernel"},       {"interpolation", "kernel"}, {"interp", "kernel"},
-    {"method", "kernel"},       {"out", "output"},           {"resize", "size"},
-    {"width", "size"},          {"height", "size"},          {"resolution", "size"},
-    {"colormap", "colour-map"}, {"cmap", "colour-map"},      {"palette", "colour-map"},
-    {"tolerance", "max-error"}, {"png", "preview"},          {"dry-run", "explain"},
-    {"check", "verify"},        {"silent", "quiet"},         {"debug", "verbose"},
+    {"filter", "kernel"},
+    {"interpolation", "kernel"},
+    {"interp", "kernel"},
+    {"method", "kernel"},
+    {"out", "output"},
+    {"resize", "size"},
+    {"width", "size"},
+    {"height", "size"},
+    {"resolution", "size"},
+    {"colormap", "colour-map"},
+    {"cmap", "colour-map"},
+    {"palette", "colour-map"},
+    {"tolerance", "max-error"},
+    {"png", "preview"},
+    {"dry-run", "explain"},
+    {"check", "verify"},
+    {"silent", "quiet"},
+    {"debug", "verbose"},
+    {"percent", "size"},
+    {"field", "grid"},
+    {"channel", "channels"},
+    {"variable", "grid"},
+    {"attribute", "grid"},
+    {"slice", "at"},
+    {"z", "at"},
+    {"y", "at"},
+    {"x", "at"},
+    {"position", "at"},
+    {"normal", "axis"},
+    {"orientation", "axis"},
+    {"start", "frames"},
+    {"precision", "type"},
+    {"depth", "type"},
+    {"jobs", "threads"},
+    {"cores", "threads"},
+    {"device", "engine"},
+    {"backend", "engine"},
+    {"gpu", "engine"},
+    {"edge", "boundary"},
+    {"wrap", "boundary"},
+    {"border", "boundary"},
+    {"virtual-pixel", "boundary"},
+    {"colour", "colour-map"},
+    {"color", "colour-map"},
+    {"color-map", "colour-map"},
+    {"vmin", "range"},
+    {"vmax", "range"},
+    {"clim", "range"},
 };
 enum { OPTION_ALIASES = sizeof option_aliases / sizeof *option_aliases };
 
@@ -136,20 +178,95 @@ static bool take_option(struct option_parse *parse, int index, const char *text)
     return true;
 }
 
-static bool take_operand(struct option_parse *parse, const char *text, const char *before)
+// The first operand too many, and the word before it (NULL: behind "--"). It is told last: what
+// options say may be why.
+struct surplus {
+    const char *text, *before;
+};
+
+// The dashes that text processors make of '-'.
+static bool starts_with_foreign_dash(const char *text)
 {
-    if (parse->positional_count < parse->positional_max) {
-        parse->positional[parse->positional_count++] = text;
-        return true;
+    static const char *const dashes[] = {"\u2010", "\u2011", "\u2012",
+                                         "\u2013", "\u2014", "\u2212"};
+    for (size_t i = 0; i < sizeof dashes / sizeof *dashes; i++)
+        if (strncmp(text, dashes[i], strlen(dashes[i])) == 0)
+            return true;
+    return false;
+}
+
+static bool take_operand(struct option_parse *parse, const char *text, const char *before,
+                         struct surplus *surplus)
+{
+    if (before && starts_with_foreign_dash(text)) {
+        report_error("'%s' starts with a dash that is not '-' (behind -- or ./ it is a file)",
+                     text);
+        return false;
     }
+    if (parse->positional_count < parse->positional_max)
+        parse->positional[parse->positional_count++] = text;
+    else if (!surplus->text)
+        *surplus = (struct surplus){text, before};
+    return true;
+}
+
+// Whether two names differ in digits at one place, which *start and *length tell, of b.
+static bool differ_by_number(const char *a, const char *b, size_t *start, size_t *length)
+{
+    size_t first = 0, same = strlen(a), end = strlen(b);
+    if (same != end || strcmp(a, b) == 0)
+        return false;
+    while (a[first] == b[first])
+        first++;
+    while (end > first && a[end - 1] == b[end - 1])
+        end--;
+    for (size_t i = first; i < end; i++)
+        if (!isdigit((unsigned char)a[i]) || !isdigit((unsigned char)b[i]))
+            return false;
+    while (first && isdigit((unsigned char)b[first - 1]))
+        first--;
+    while (isdigit((unsigned char)b[end]))
+        end++;
+    *start = first;
+    *length = end - first;
+    return true;
+}
+
+// The first output that is not given and has this ending; NULL: none.
+static const struct option_spec *find_output(const struct option_parse *parse, const char *ending)
+{
+    for (int i = 0; i < parse->option_count; i++) {
+        const struct option_spec *spec = &parse->options[i];
+        if (spec->type != OPTION_OUTPUT || spec->optional || parse->values[i].given)
+            continue;
+        for (int e = 0; spec->choices[e]; e++)
+            if (strcasecmp(spec->choices[e], ending) == 0)
+                return spec;
+    }
+    return NULL;
+}
+
+static void report_surplus(const struct option_parse *parse, const struct surplus *surplus)
+{
+    const char *text = surplus->text, *before = surplus->before;
+    const char *last =
+        parse->positional_count ? parse->positional[parse->positional_count - 1] : "";
     const int index = before && strncmp(before, "--", 2) == 0
                           ? find_long(parse, before + 2, strlen(before + 2))
                           : -1;
+    const struct option_spec *output = find_output(parse, paths_ending(text));
+    size_t start, length;
     if (index >= 0 && parse->options[index].optional)
         report_error("one argument too many: '%s'; did you mean %s=%s?", text, before, text);
+    else if (find_long(parse, "frames", 6) >= 0 && differ_by_number(last, text, &start, &length))
+        report_error("one argument too many: '%s'; a sequence is one name with its number as "
+                     "%%0%zud: %.*s%%0%zud%s, and --frames",
+                     text, length, (int)start, text, length, text + start + length);
+    else if (output)
+        report_error("one argument too many: '%s'; did you mean --%s %s?", text, output->name,
+                     text);
     else
         report_error("one argument too many: '%s' (see weft help %s)", text, parse->verb);
-    return false;
 }
 
 // Two tables for getopt_long.
@@ -208,10 +325,11 @@ static bool take_help(struct option_parse *parse, const char *text)
 }
 
 // What getopt_long found at argv[at].
-static bool take_code(struct option_parse *parse, char **argv, int at, int code)
+static bool take_code(struct option_parse *parse, char **argv, int at, int code,
+                      struct surplus *surplus)
 {
     if (code == 1)
-        return take_operand(parse, optarg, at > 1 ? argv[at - 1] : NULL);
+        return take_operand(parse, optarg, argv[at - 1], surplus);
     if (code == 'h')
         return take_help(parse, optarg);
     if (code == '?' && optopt >= FIRST_LONG) {
@@ -255,6 +373,7 @@ static bool check_stdout(struct option_parse *parse)
 static bool parse_words(struct option_parse *parse, int count, char **words)
 {
     struct tables tables;
+    struct surplus surplus = {NULL, NULL};
     make_tables(parse, &tables);
     optind = 0; // anew
     for (int at = 1;; at = optind) {
@@ -266,14 +385,18 @@ static bool parse_words(struct option_parse *parse, int count, char **words)
         const int code = getopt_long(count, words, tables.letters, tables.names, NULL);
         if (code < 0)
             break;
-        if (!take_code(parse, words, at, code))
+        if (!take_code(parse, words, at, code, &surplus))
             return false;
         if (parse->help)
             return true;
     }
     for (int i = optind; i < count; i++)
-        if (!take_operand(parse, words[i], NULL))
+        if (!take_operand(parse, words[i], NULL, &surplus))
             return false;
+    if (surplus.text) {
+        report_surplus(parse, &surplus);
+        return false;
+    }
     return check_stdout(parse);
 }
 

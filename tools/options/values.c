@@ -22,8 +22,8 @@ static const struct list_form {
     const char *text;
 } list_forms[] = {
     [OPTION_NUMBER] = {',', false, 1, false, "one finite number"},
-    [OPTION_POINT] = {',', false, 3, false, "three finite numbers X,Y,Z"},
-    [OPTION_RANGE] = {',', false, 2, false, "two finite numbers LO,HI"},
+    [OPTION_POINT] = {',', false, 3, false, "three finite numbers X,Y,Z, as 1,2,3"},
+    [OPTION_RANGE] = {',', false, 2, false, "two finite numbers LO,HI, as 0,1"},
     [OPTION_SPACING] = {',', false, 3, true, "one finite number or three, SX,SY,SZ"},
     [OPTION_PIXELS] = {'x', true, 2, false, "two whole numbers, as 1024x768"},
     [OPTION_VOXELS] = {'x', true, 3, true, "one whole number or three, as 64x64x32"},
@@ -115,6 +115,23 @@ static bool parse_bytes(const char *text, int64_t *out)
     return true;
 }
 
+// What may be wrong with a number: "", or what to write in its place.
+static const char *hint_number(const char *text, char hint[96])
+{
+    char *end;
+    *hint = 0;
+    const size_t digits = strspn(text, "+-0123456789");
+    if (strstr(text, "\u2212") || strstr(text, "\u2013") || strstr(text, "\u2014"))
+        snprintf(hint, 96, " (its minus is a dash that is not '-')");
+    else if (text[digits] == ',' && strlen(text) < 32 &&
+             !text[digits + 1 + strspn(text + digits + 1, "0123456789")])
+        snprintf(hint, 96, " (decimals have a point: %.*s.%s)", (int)digits, text,
+                 text + digits + 1);
+    else if (strtod(text, &end), end != text && (isalpha((unsigned char)*end) || *end == '%'))
+        snprintf(hint, 96, " (without '%.16s')", end);
+    return hint;
+}
+
 static bool is_choice(const struct option_spec *spec, int index)
 {
     return spec->choices[index] && (!spec->choice_count || index < spec->choice_count);
@@ -132,6 +149,27 @@ static const char *list_choices(const struct option_spec *spec, const char *sepa
     return words;
 }
 
+// What choices are called elsewhere.
+static const char *const choice_aliases[][2] = {
+    {"gpu", "gl"},         {"opengl", "gl"},      {"average", "mean"},  {"avg", "mean"},
+    {"mip", "max"},        {"maximum", "max"},    {"minimum", "min"},   {"voxel", "index"},
+    {"voxels", "index"},   {"physical", "world"}, {"deflate", "zip"},   {"fp16", "half"},
+    {"float16", "half"},   {"fp32", "float"},     {"float32", "float"}, {"repeat", "wrap"},
+    {"reflect", "mirror"}, {"yes", "on"},         {"true", "on"},       {"no", "off"},
+    {"false", "off"},      {"short", "int16"},    {"uchar", "uint8"},   {"byte", "uint8"},
+    {"ushort", "uint16"},  {"int", "int32"},      {"uint", "uint32"},
+};
+
+// names: the choices, then NULL.
+static const char *suggest_choice(const char *text, const char *const *names)
+{
+    for (size_t i = 0; i < sizeof choice_aliases / sizeof *choice_aliases; i++)
+        for (int n = 0; names[n] && strcasecmp(choice_aliases[i][0], text) == 0; n++)
+            if (strcmp(names[n], choice_aliases[i][1]) == 0)
+                return names[n];
+    return weft_closest_find(text, strlen(text), names);
+}
+
 static bool parse_choice(const struct option_spec *spec, const char *text,
                          struct option_value *value)
 {
@@ -140,10 +178,10 @@ static bool parse_choice(const struct option_spec *spec, const char *text,
     for (int i = 0; i < MAX_CHOICES && is_choice(spec, i); i++) {
         names[i] = spec->choices[i];
         value->integer[0] = i;
-        if (strcmp(names[i], text) == 0)
+        if (strcasecmp(names[i], text) == 0)
             return true;
     }
-    const char *meant = weft_closest_find(text, strlen(text), names);
+    const char *meant = suggest_choice(text, names);
     report_error("--%s: '%s' is not one of: %s%s%s%s", spec->name, text,
                  list_choices(spec, ", ", words), meant ? "; did you mean " : "",
                  meant ? meant : "", meant ? "?" : "");
@@ -204,6 +242,7 @@ static bool parse_output(const struct option_parse *parse, const struct option_s
 bool options_read_value(const struct option_parse *parse, const struct option_spec *spec,
                         const char *text, struct option_value *value)
 {
+    char hint[96];
     value->given = true;
     value->text = text;
     switch (spec->type) {
@@ -227,12 +266,14 @@ bool options_read_value(const struct option_parse *parse, const struct option_sp
     case OPTION_SPAN:
         if (parse_span(text, value))
             return true;
-        report_error("--%s: '%s' is neither one finite number nor two, as A..B", spec->name, text);
+        report_error("--%s: '%s' is neither one finite number nor two, as A..B%s", spec->name, text,
+                     hint_number(text, hint));
         return false;
     default:
         if (parse_list(&list_forms[spec->type], text, value))
             return true;
-        report_error("--%s: '%s' is not %s", spec->name, text, list_forms[spec->type].text);
+        report_error("--%s: '%s' is not %s%s", spec->name, text, list_forms[spec->type].text,
+                     spec->type == OPTION_NUMBER ? hint_number(text, hint) : "");
         return false;
     }
 }

@@ -151,7 +151,14 @@ void help_report_unknown_verb(const char *name)
         snprintf(names + used, sizeof names - used, "%s, ", help_verbs[i]->name);
     }
     const char *meant = suggest_verb(name);
-    if (!*name)
+    if (name[0] == '-' && name[1])
+        report_error("'%s' stands before the verb: it is weft VERB [options], as in weft slice "
+                     "VOLUME -o OUT.exr; there are: %shelp",
+                     name, names);
+    else if (strpbrk(name, "./"))
+        report_error("'%s' is no verb: it is weft VERB FILE, as in weft info %s; there are: %shelp",
+                     name, name, names);
+    else if (!*name)
         report_error("no verb given; there are: %shelp (see weft --help)", names);
     else if (meant)
         report_error("unknown verb '%s'; did you mean %s? There are: %shelp", name, meant, names);

@@ -57,7 +57,7 @@ enum weft_result slice_check_curve(const struct slice_setup *setup)
     if (!slice_is_curved(setup)) {
         if (!o[SLICE_WIDTH].given)
             return WEFT_OK;
-        report_error("--width is how wide a slice --along a line is");
+        report_error("--width is how wide a slice --along a line is; --size WxH is the picture's");
         return WEFT_ERR_ARGUMENT;
     }
     const char *const which = o[SLICE_ALONG].given ? "--along" : "--positions";

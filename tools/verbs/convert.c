@@ -9,7 +9,16 @@
 #include "tools/verbs/verb.h"
 #include "tools/volumes/raw.h"
 
+static const char *const endings[] = {".vdb", ".nrrd", NULL};
+
 static const struct option_spec options[CONVERT_OPTION_COUNT] = {
+    [CONVERT_OUTPUT] = {.name = "output",
+                        'o',
+                        OPTION_OUTPUT,
+                        "OUT.vdb|OUT.nrrd",
+                        "the volume, in place of a second name",
+                        endings,
+                        .group = OPTION_FILES},
     [CONVERT_GRID] = {.name = "grid",
                       0,
                       OPTION_TEXT,
@@ -120,11 +129,15 @@ static int run(const char *const *operands, const struct option_value *values)
     report_set_level(values[CONVERT_QUIET].given, values[CONVERT_VERBOSE].given);
     while (operands[count])
         count++;
-    if (count != 2) {
-        report_error("%d files given: weft convert IN OUT (see weft help convert)", count);
+    const bool named = values[CONVERT_OUTPUT].given;
+    if (count + named != 2 || !count) {
+        report_error("%d file%s given: weft convert IN OUT, or IN -o OUT (see weft help convert)",
+                     count + named, count + named == 1 ? "" : "s");
         return EXIT_CODE_USAGE;
     }
-    struct convert_job job = {.input = operands[0], .output = operands[1], .option = values};
+    struct convert_job job = {.input = operands[0],
+                              .output = named ? values[CONVERT_OUTPUT].text : operands[1],
+                              .option = values};
     return report_finish(convert(&job));
 }
 

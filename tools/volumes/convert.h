@@ -6,6 +6,7 @@
 #include "tools/options/options.h"
 
 enum convert_option {
+    CONVERT_OUTPUT,
     CONVERT_GRID,
     CONVERT_RAW,
     CONVERT_TYPE,

@@ -296,7 +296,7 @@ static void bad_input_is_one_line(void **state)
     command_write_file(
         "lie.nrrd", "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 99 99 99\nencoding: raw\n\n", 65);
     command_fails(2, "0 files given", "convert");
-    command_fails(2, "1 files given", "convert", "v.raw");
+    command_fails(2, "1 file given", "convert", "v.raw");
     command_fails(2, "ends in .vdb or .nrrd", "convert", "v.raw", "v.txt");
     command_fails(2, "a size is NXxNYxNZ", "convert", "v.raw", "v.nrrd", "--raw", "2x2:uint8");
     command_fails(2, "a size is NXxNYxNZ", "info", "v.raw", "--raw", "2x-2x2:uint8");
