@@ -12,6 +12,7 @@
 #include "tools/common/numbered.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
+#include "tools/common/standard_input.h"
 #include "tools/program/help.h"
 #include "tools/program/version.h"
 #include "tools/ranks/guard.h"
@@ -101,6 +102,19 @@ static enum weft_result check_report(const struct verb *verb, const char *const 
     return res == WEFT_OK ? paths_check_output(path, false) : res;
 }
 
+// "-" becomes a name that can be opened.
+static enum weft_result take_stdin(const struct verb *verb, const char **operands)
+{
+    static const char *const name = "/dev/stdin";
+    const char **at = operands;
+    while (*at && strcmp(*at, "-") != 0)
+        at++;
+    if (!verb->reads_stdin || !*at)
+        return WEFT_OK;
+    *at = name;
+    return standard_input_take();
+}
+
 // Operands have room for all arguments and a NULL.
 static int run_with(const struct verb *verb, int argc, char **argv, const char **operands)
 {
@@ -125,6 +139,8 @@ static int run_with(const struct verb *verb, int argc, char **argv, const char *
     enum weft_result res = check_report(verb, operands, values);
     if (res == WEFT_OK)
         res = limit_threads(verb, values);
+    if (res == WEFT_OK)
+        res = take_stdin(verb, operands);
     if (res != WEFT_OK)
         return report_finish(res);
     name_files(verb, operands, values);

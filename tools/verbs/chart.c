@@ -530,5 +530,6 @@ const struct verb verb_chart = {
     .options = options,
     .option_count = CHART_OPTION_COUNT,
     .operand_names = OPTION_NAMES_FILE,
+    .reads_stdin = true,
     .run = run,
 };

@@ -161,5 +161,6 @@ const struct verb verb_convert = {
     .many = true,
     .operand_names = OPTION_NAMES_FILE,
     .writes_last = true,
+    .reads_stdin = true,
     .run = run,
 };

@@ -553,5 +553,6 @@ const struct verb verb_info = {
     .options = options,
     .option_count = INFO_OPTION_COUNT,
     .operand_names = OPTION_NAMES_FILE,
+    .reads_stdin = true,
     .run = run,
 };

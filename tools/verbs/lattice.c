@@ -260,5 +260,6 @@ const struct verb verb_lattice = {
     .options = options,
     .option_count = LATTICE_OPTION_COUNT,
     .operand_names = OPTION_NAMES_FILE,
+    .reads_stdin = true,
     .run = run,
 };

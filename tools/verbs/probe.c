@@ -143,6 +143,8 @@ static enum weft_result check_options(struct probe_job *job)
         report_error("-q and -v exclude each other");
     else if (!o[PROBE_POINTS].given)
         report_error("no points given: --points FILE.csv, or - for standard input");
+    else if (strcmp(o[PROBE_POINTS].text, "-") == 0 && strcmp(job->input, "/dev/stdin") == 0)
+        report_error("the volume and --points are both standard input");
     else
         res = options_read_whole(&o[PROBE_THREADS], "threads", 1, WEFT_CPU_MAX_THREADS,
                                  &job->threads);
@@ -281,5 +283,6 @@ const struct verb verb_probe = {
     .options = options,
     .option_count = PROBE_OPTION_COUNT,
     .operand_names = OPTION_NAMES_FILE,
+    .reads_stdin = true,
     .run = run,
 };

@@ -776,5 +776,6 @@ const struct verb verb_resample = {
     .option_count = RESAMPLE_OPTION_COUNT,
     .distributes = true,
     .operand_names = OPTION_NAMES_FILE,
+    .reads_stdin = true,
     .run = run,
 };

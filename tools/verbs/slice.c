@@ -572,5 +572,6 @@ const struct verb verb_slice = {
     .option_count = SLICE_OPTION_COUNT,
     .distributes = true,
     .operand_names = OPTION_NAMES_FILE,
+    .reads_stdin = true,
     .run = run,
 };

@@ -24,6 +24,7 @@ struct verb {
     bool many;              // operands: any number of them; otherwise one at most
     unsigned operand_names; // enum option_names, for completion and reports
     bool writes_last;       // the last of several operands is an output
+    bool reads_stdin;       // an operand "-" is a file on standard input
     // Its work is divided among the ranks of a launcher: all of them run it (tools/ranks/ranks.h).
     // Otherwise rank 0 alone does.
     bool distributes;
