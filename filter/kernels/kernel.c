@@ -7,6 +7,19 @@
 #include "filter/check.h"
 #include "filter/kernels/kernel_records.h"
 
+// A user's record, once its members make sense.
+static enum weft_result check_own(const struct weft_log *log, const struct weft_kernel *kernel)
+{
+    const struct weft_kernel_info *info = kernel->info;
+    struct weft_kernel primitive = {0};
+    if (info->primitive &&
+        weft_kernel_create(log, info->primitive, kernel->param, &primitive) != WEFT_OK) {
+        weft_kernel_complain(log, info, ".primitive takes no such parameters, or is wrong itself");
+        return WEFT_ERR_ARGUMENT;
+    }
+    return weft_kernel_check_claims(log, kernel, &primitive) ? WEFT_OK : WEFT_ERR_ARGUMENT;
+}
+
 enum weft_result weft_kernel_create(const struct weft_log *log, const struct weft_kernel_info *info,
                                     const double *param, struct weft_kernel *out)
 {
@@ -43,6 +56,8 @@ enum weft_result weft_kernel_create(const struct weft_log *log, const struct wef
     if (info->refine)
         info->refine(&kernel);
     res = own ? weft_kernel_check(log, &kernel) : WEFT_OK;
+    if (own && res == WEFT_OK)
+        res = check_own(log, &kernel);
     if (res == WEFT_OK)
         *out = kernel;
 fail:

@@ -109,7 +109,17 @@ WEFT_API const char *weft_kernel_translate(const char *text, char *out, size_t s
 // Makes a kernel of a record: sets its parameters (param NULL: all initial; a NAN: that one
 // initial) and derives support, width and the rest. The record is borrowed as long as kernels of it
 // are used. On failure *out is all zero. Returns WEFT_ERR_ARGUMENT (a parameter out of its range:
-// the log has both; or a user's own record that is wrong, as weft_kernel_check tells).
+// the log has both; or a user's own record that is wrong).
+//
+// What a user's record claims for these parameters is checked by some thousand evaluations of its
+// functions, and the log names the member and the numbers: "kernel mine: .unit_sum is claimed, but
+// the weights at fraction 0.25 sum to 0.93". That is: parameters' ranges; weights that are 0
+// outside the radius and finite within; unit_sum, interpolating, moves; that tap by tap weights are
+// polynomials of the degree (-1 where they are none: 0, what a record left out says, is that of a
+// box); jumps of h, and of the derivative, that `continuity` denies (not beyond the first);
+// order and order_prefiltered by sums over the taps; derivative and primitive by their integrals.
+// Claims may be off by 1e-6 of the largest weight, as single precision is, slopes by a hundredth of
+// the largest. Whether h is even nobody claims; it is looked at where it matters.
 WEFT_API enum weft_result weft_kernel_create(const struct weft_log *log,
                                              const struct weft_kernel_info *info,
                                              const double *param, struct weft_kernel *out);

@@ -78,6 +78,15 @@ const struct weft_kernel_alias *weft_kernel_find_alias(const char *text, size_t 
 
 // kernel_check.c: whether a record's members make sense; else the log names the member.
 bool weft_kernel_check_info(const struct weft_log *log, const struct weft_kernel_info *info);
+// Logs what is wrong with a record, behind its name; false.
+bool weft_kernel_complain(const struct weft_log *log, const struct weft_kernel_info *info,
+                          const char *format, ...) __attribute__((format(printf, 3, 4)));
+// kernel_claims.c: whether what a record says of its functions is so, beyond what weft_kernel_check
+// looks at: for records that users make, once. `primitive` is the kernel of the record's, where it
+// has one.
+bool weft_kernel_check_claims(const struct weft_log *log, const struct weft_kernel *kernel,
+                              const struct weft_kernel *primitive);
+enum { WEFT_KERNEL_MAX_DEGREE = 64 };
 // What functions that return numbers ask, so that no width leaves an array: NAN, or no weights, for
 // a kernel that fails. Those with a result ask weft_kernel_check.
 static inline bool weft_kernel_usable(const struct weft_kernel *kernel)

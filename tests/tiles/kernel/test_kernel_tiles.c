@@ -399,7 +399,8 @@ static double lopsided(const struct weft_kernel *k, double x)
 static void other_kernels_and_odd_sums_are_stored_whole(void **state)
 {
     (void)state;
-    const struct weft_kernel_info info = {.name = "lopsided", .radius = 1.0, .weight = lopsided};
+    const struct weft_kernel_info info = {
+        .name = "lopsided", .radius = 1.0, .weight = lopsided, .degree = 1, .continuity = -1};
     struct weft_kernel k;
     assert_int_equal(weft_kernel_create(NULL, &info, NULL, &k), WEFT_OK);
     weft_kernel_tiles *set = make(weft_kernel_tiles_params(.kernel = k));

@@ -527,8 +527,12 @@ static double tent_slope(const struct weft_kernel *k, double x)
 static void bad_arguments_are_named(void **state)
 {
     (void)state;
-    const struct weft_kernel_info users = {
-        .name = "users", .radius = 1.0, .weight = tent, .derivative = tent_slope, .unit_sum = true};
+    const struct weft_kernel_info users = {.name = "users",
+                                           .radius = 1.0,
+                                           .weight = tent,
+                                           .derivative = tent_slope,
+                                           .degree = 1,
+                                           .unit_sum = true};
     struct weft_kernel own;
     assert_int_equal(weft_kernel_create(NULL, &users, NULL, &own), WEFT_OK);
     const struct weft_kernel cubic = kernel_named("catmull-rom");
