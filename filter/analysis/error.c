@@ -364,9 +364,9 @@ static void compute_slab(struct job *job, int a, uint64_t *histogram)
 static void report(struct worker *worker, int a)
 {
     struct job *job = worker->job;
-    const struct weft_progress *progress = &job->p.progress;
+    const struct weft_progress *progress = job->p.progress;
     const double left = 1.0 - (double)a / job->slabs;
-    if (worker->reports && progress->report &&
+    if (worker->reports && progress && progress->report &&
         !progress->report(progress->priv, 1.0 - pow(left, job->p.dims)))
         atomic_store(&job->cancelled, true);
 }

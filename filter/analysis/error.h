@@ -47,9 +47,9 @@ struct weft_error_kernel_params {
     // Resampling locations per axis, at fractions (i + 0.5) / L (weft_kernel_first_tap), up to 4096
     // (default 1024, in 3D 256). Mirrored, permuted and otherwise equal ones are computed once.
     int locations;
-    int threads;                   // up to 256 (default: as many as there are processors)
-    const struct weft_log *log;    // may be NULL
-    struct weft_progress progress; // default: none
+    int threads;                          // up to 256 (default: as many as there are processors)
+    const struct weft_log *log;           // may be NULL
+    const struct weft_progress *progress; // may be NULL
 };
 #define WEFT_ERROR_KERNEL_DEFAULTS
 #define weft_error_kernel_params(...)                                                              \

@@ -11,7 +11,7 @@
 
 #include "filter/threads.h"
 
-static const double least_timeout = 0.5;
+static const double least_timeout = 0.5, default_timeout = 6.0;
 // While nothing moves the thread gives way to others at first, for longer while a message is under
 // way, which needs many looks. Then its naps grow with the time since something moved, so that what
 // comes waits for a tenth of what it took, and a millisecond, at most; they are longer where the
@@ -339,7 +339,7 @@ enum weft_result weft_distribute_over(const struct weft_transport *transport,
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     const double timeout =
-        params->timeout == 0.0 ? weft_distribute_params()->timeout : params->timeout;
+        params->timeout == 0.0 ? default_timeout : params->timeout;
     weft_require(params->log, body);
     weft_require(params->log, is_timeout(timeout));
     weft_require(params->log, !transport || is_transport(transport));

@@ -28,7 +28,7 @@ struct weft_distribute_params {
     int exit_code;              // of the ranks that are ended then (default 1)
     const struct weft_log *log; // may be NULL
 };
-#define WEFT_DISTRIBUTE_DEFAULTS .timeout = 6.0, .exit_code = 1,
+#define WEFT_DISTRIBUTE_DEFAULTS
 #define weft_distribute_params(...)                                                                \
     (&(struct weft_distribute_params){WEFT_DISTRIBUTE_DEFAULTS __VA_ARGS__})
 

@@ -95,7 +95,7 @@ static enum weft_result set_volumes(weft_resident *r, uint64_t bytes)
     if (r->info.kernel.prefiltered) {
         res = keep_bricks(r, r->volume, bytes, &r->samples);
         if (res == WEFT_OK)
-            res = weft_volume_prefilter(r->samples, &r->info.kernel, r->log, &r->coefficients);
+            res = weft_volume_prefilter(r->log, r->samples, &r->info.kernel, &r->coefficients);
         base = r->coefficients;
     }
     r->voxels = base;

@@ -67,7 +67,7 @@ struct weft_lattice_params {
                            // source, some 40 bytes a brick, comes on top
     const struct weft_log *log; // borrowed for the plan's life; may be NULL
 };
-#define WEFT_LATTICE_DEFAULTS .memory_bytes = UINT64_C(1) << 30,
+#define WEFT_LATTICE_DEFAULTS
 #define weft_lattice_params(...) (&(struct weft_lattice_params){WEFT_LATTICE_DEFAULTS __VA_ARGS__})
 
 typedef struct weft_lattice_plan weft_lattice_plan; // Thread-safety: one thread at a time, as its

@@ -453,7 +453,7 @@ static enum weft_result set_source(struct weft_lattice_plan *plan, weft_volume *
     if (!plan->info.kernel.prefiltered)
         return WEFT_OK;
     const enum weft_result res =
-        weft_volume_prefilter(volume, &plan->info.kernel, plan->log, &plan->filtered);
+        weft_volume_prefilter(plan->log, volume, &plan->info.kernel, &plan->filtered);
     plan->source = plan->filtered;
     return res;
 }

@@ -136,7 +136,7 @@ static enum weft_result set_voxels(weft_points *p)
         return WEFT_OK;
     struct weft_prefilter prefilter;
     enum weft_result res =
-        weft_volume_prefilter(p->volume, &p->info.kernel, p->log, &p->coefficients);
+        weft_volume_prefilter(p->log, p->volume, &p->info.kernel, &p->coefficients);
     if (res == WEFT_OK)
         res = weft_prefilter_compute(p->log, &p->info.kernel, &prefilter);
     if (res == WEFT_OK)

@@ -38,7 +38,7 @@ static enum weft_result create_coefficients(weft_footprint *f)
         return WEFT_OK;
     res = weft_volume_cache(f->volume, f->log, &f->samples);
     return res == WEFT_OK
-               ? weft_volume_prefilter(f->samples, &f->info.kernel, f->log, &f->coefficients)
+               ? weft_volume_prefilter(f->log, f->samples, &f->info.kernel, &f->coefficients)
                : res;
 }
 

@@ -77,7 +77,7 @@ struct weft_resample_params {
     uint64_t memory_bytes;
     const struct weft_log *log; // may be NULL; borrowed for the plan's life
 };
-#define WEFT_RESAMPLE_DEFAULTS .memory_bytes = UINT64_C(1) << 30,
+#define WEFT_RESAMPLE_DEFAULTS
 #define weft_resample_params(...)                                                                  \
     (&(struct weft_resample_params){WEFT_RESAMPLE_DEFAULTS __VA_ARGS__})
 
@@ -202,7 +202,7 @@ struct weft_resample_source_params {
     double low, high;
     const struct weft_log *log; // may be NULL
 };
-#define WEFT_RESAMPLE_SOURCE_DEFAULTS .channels = 1, .low = NAN, .high = NAN,
+#define WEFT_RESAMPLE_SOURCE_DEFAULTS
 #define weft_resample_source_params(...)                                                           \
     (&(struct weft_resample_source_params){WEFT_RESAMPLE_SOURCE_DEFAULTS __VA_ARGS__})
 

@@ -92,7 +92,7 @@ static enum weft_result check(const struct weft_separable_params *p,
 {
     enum weft_result res = WEFT_ERR_ARGUMENT;
     weft_require(p->log, p->x && p->y);
-    weft_require(p->log, p->first_axis >= 0 && p->first_axis <= 2);
+    weft_require_enum(p->log, p->order, WEFT_AXIS_ORDER_Y_FIRST);
     if (!in_range(p->size[0]) || !in_range(p->size[1]) || !in_range(p->width) ||
         !in_range(p->height)) {
         weft_error(
@@ -285,10 +285,11 @@ static double count_fetches(const weft_separable_plan *plan, int first_axis)
                            : taps * y->positions * along_y + columns * y->positions * along_x;
 }
 
-static void choose_order(weft_separable_plan *plan, int asked)
+static void choose_order(weft_separable_plan *plan, enum weft_axis_order asked)
 {
     const double fetches[2] = {count_fetches(plan, 0), count_fetches(plan, 1)};
-    const int first = asked ? asked - 1 : fetches[1] < fetches[0];
+    const int first =
+        asked == WEFT_AXIS_ORDER_AUTO ? fetches[1] < fetches[0] : asked == WEFT_AXIS_ORDER_Y_FIRST;
     plan->info.first_axis = first;
     plan->info.fetches_per_pixel = fetches[first] / plan->info.width / plan->info.height;
 }
@@ -312,7 +313,7 @@ static enum weft_result fill(const struct weft_separable_params *p, weft_separab
         plan->info.taps[a] = plan->axis[a].width;
         plan->info.gain[a] = plan->axis[a].growth;
     }
-    choose_order(plan, p->first_axis);
+    choose_order(plan, p->order);
     return WEFT_OK;
 }
 

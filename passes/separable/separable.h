@@ -26,6 +26,9 @@ enum { WEFT_SEPARABLE_MAX_SIZE = 1 << 24, WEFT_SEPARABLE_MAX_WEIGHTS = 1 << 28 }
 
 // ---- plans --------------------------------------------------------------------------------------
 
+// Which axis is filtered along first. Default: what fetches less.
+enum weft_axis_order { WEFT_AXIS_ORDER_AUTO, WEFT_AXIS_ORDER_X_FIRST, WEFT_AXIS_ORDER_Y_FIRST };
+
 // What is planned. Borrowed until the call returns, but for the log.
 struct weft_separable_params {
     struct weft_kernel kernel; // default (info NULL): catmull-rom; not radial
@@ -37,10 +40,9 @@ struct weft_separable_params {
     // default 0: 1, the kernel as it is. Not of prefiltered kernels.
     double stretch[2];
     enum weft_boundary boundary; // what stands beyond the samples (default clamp)
-    int first_axis; // 1: along x and then along y; 2: the other way round; default 0: what fetches
-                    // less. Roundings differ: parts of one picture have one order
-    enum weft_engine engine; // that is to run it (default OpenGL)
-    enum weft_sums sums;     // of products (default float); double: of the CPU engine alone
+    enum weft_axis_order order;  // default auto; roundings differ: parts of one picture have one
+    enum weft_engine engine;     // that is to run it (default OpenGL)
+    enum weft_sums sums;         // of products (default float); double: of the CPU engine alone
     // Textures, buffers and what is read back by way of; of the CPU engine weights, and what each
     // thread has at hand (default 1 GiB). The work is cut into rectangles that fit.
     uint64_t memory_bytes;
@@ -55,7 +57,7 @@ struct weft_separable_params {
 typedef struct weft_separable_plan weft_separable_plan;
 
 // Plans a filtering. On failure *out is NULL. Returns WEFT_ERR_ARGUMENT (kernel, sizes, positions,
-// stretches, enums, first_axis), WEFT_ERR_UNSUPPORTED (radial kernels; prefiltered ones that are to
+// stretches, enums), WEFT_ERR_UNSUPPORTED (radial kernels; prefiltered ones that are to
 // be stretched; double sums on OpenGL), WEFT_ERR_LIMIT (weights: the log has their number) or
 // WEFT_ERR_MEMORY.
 WEFT_API enum weft_result weft_separable_plan_create(const struct weft_separable_params *params,
@@ -72,7 +74,7 @@ struct weft_separable_info {
     enum weft_boundary boundary;
     enum weft_engine engine;
     enum weft_sums sums;
-    int first_axis;           // 0: along x and then along y; 1: the other way round
+    int first_axis;           // that is filtered along: 0, x, or 1, y
     double fetches_per_pixel; // along both axes, without what rectangles repeat
 };
 // Valid while the plan lives.

@@ -50,13 +50,13 @@ static void filter_destroy(struct filter *f)
 
 static enum weft_result plan_tile(const struct weft_slice_plan *plan,
                                   const struct weft_slice_tile *tile,
-                                  const struct weft_slice_plane *plane, int first_axis,
+                                  const struct weft_slice_plane *plane, enum weft_axis_order order,
                                   weft_separable_plan **out)
 {
     return weft_separable_plan_create(
         weft_separable_params(.kernel = plan->info.kernel, .size = {plane->size[0], plane->size[1]},
                               .width = tile->width, .height = tile->height, .x = plane->x,
-                              .y = plane->y, .first_axis = first_axis, .engine = plan->info.engine,
+                              .y = plane->y, .order = order, .engine = plan->info.engine,
                               .sums = plan->info.sums, .memory_bytes = plan->separable_bytes,
                               .log = plan->resident ? plan->resident->log : plan->log),
         out);
@@ -68,21 +68,22 @@ static bool is_whole(const struct weft_slice_plan *plan, const struct weft_slice
     return tile->width == g->width && tile->height == g->height;
 }
 
-// The order that the whole slice has, for its tiles; 0 where a tile is all of it.
-static enum weft_result find_order(const struct weft_slice_plan *plan, int *out)
+// The order that the whole slice has, for its tiles; auto where a tile is all of it.
+static enum weft_result find_order(const struct weft_slice_plan *plan, enum weft_axis_order *out)
 {
     const struct weft_slice_geometry *g = &plan->footprint->grid.index;
     const struct weft_slice_tile whole = {.width = g->width, .height = g->height};
     struct weft_slice_plane plane;
     weft_separable_plan *own = NULL;
-    *out = 0;
+    *out = WEFT_AXIS_ORDER_AUTO;
     if (is_whole(plan, &plan->tiles[0]))
         return WEFT_OK;
     enum weft_result res = weft_slice_plane_place(plan, &whole, &plane);
     if (res == WEFT_OK)
-        res = plan_tile(plan, &whole, &plane, 0, &own);
+        res = plan_tile(plan, &whole, &plane, WEFT_AXIS_ORDER_AUTO, &own);
     if (res == WEFT_OK)
-        *out = 1 + weft_separable_plan_get_info(own)->first_axis;
+        *out = weft_separable_plan_get_info(own)->first_axis == 0 ? WEFT_AXIS_ORDER_X_FIRST
+                                                                  : WEFT_AXIS_ORDER_Y_FIRST;
     weft_separable_plan_destroy(&own);
     weft_slice_plane_destroy(&plane);
     return res;
@@ -91,11 +92,11 @@ static enum weft_result find_order(const struct weft_slice_plan *plan, int *out)
 static enum weft_result filter_create(const struct weft_separable_compile_params *where,
                                       const struct weft_slice_plan *plan,
                                       const struct weft_slice_tile *tile,
-                                      const struct weft_slice_plane *plane, int first_axis,
-                                      struct filter *out)
+                                      const struct weft_slice_plane *plane,
+                                      enum weft_axis_order order, struct filter *out)
 {
     *out = (struct filter){.plan = NULL};
-    enum weft_result res = plan_tile(plan, tile, plane, first_axis, &out->plan);
+    enum weft_result res = plan_tile(plan, tile, plane, order, &out->plan);
     if (res == WEFT_OK)
         res = weft_separable_compile(out->plan, where, &out->compiled);
     if (res != WEFT_OK)
@@ -114,11 +115,11 @@ struct stage {
 struct weft_slice_separable {
     const struct weft_slice_plan *plan;
     struct weft_separable_compile_params where;
-    int first_axis;       // of all tiles; 0: there is one, of all pixels
-    int threads;          // that sum voxels: the CPU engine's, or as many as there are
-    float *scratch;       // of all pixels, where some are painted on their way to a texture
-    struct stage *stages; // by tile; NULL: not kept
-    uint64_t kept_bytes;  // of all stages, or 0
+    enum weft_axis_order order; // of all tiles; auto: there is one, of all pixels
+    int threads;                // that sum voxels: the CPU engine's, or as many as there are
+    float *scratch;             // of all pixels, where some are painted on their way to a texture
+    struct stage *stages;       // by tile; NULL: not kept
+    uint64_t kept_bytes;        // of all stages, or 0
 };
 
 static void stage_destroy(struct stage *stage)
@@ -135,7 +136,8 @@ struct kept_stage {
     struct weft_separable_compile_params where;
     enum weft_sums sums;
     uint64_t memory_bytes;
-    int width, height, first_axis;
+    int width, height;
+    enum weft_axis_order order;
 };
 
 static void free_kept_stage(void *priv)
@@ -155,7 +157,7 @@ static bool filters_alike(const struct kept_stage *kept, const weft_slice_separa
            kept->where.context == where->context && kept->sums == plan->info.sums &&
            memcmp(&kept->where.cpu, &where->cpu, sizeof where->cpu) == 0 &&
            kept->memory_bytes == plan->separable_bytes && kept->width == tile->width &&
-           kept->height == tile->height && kept->first_axis == s->first_axis &&
+           kept->height == tile->height && kept->order == s->order &&
            memcmp(old->size, plane->size, sizeof plane->size) == 0 &&
            memcmp(old->x, plane->x, (size_t)tile->width * sizeof *plane->x) == 0 &&
            memcmp(old->y, plane->y, (size_t)tile->height * sizeof *plane->y) == 0;
@@ -194,7 +196,7 @@ static void leave_stage(const weft_slice_separable *s)
                                 .memory_bytes = plan->separable_bytes,
                                 .width = plan->tiles[0].width,
                                 .height = plan->tiles[0].height,
-                                .first_axis = s->first_axis};
+                                .order = s->order};
     s->stages[0] = (struct stage){.filter = {.plan = NULL}};
     weft_resident_keep(plan->resident, kept, free_kept_stage);
 }
@@ -206,7 +208,7 @@ static enum weft_result stage_create(const weft_slice_separable *s,
     const enum weft_result res = weft_slice_plane_create(s->plan, tile, &stage->plane);
     if (res != WEFT_OK || take_filter(s, tile, stage))
         return res;
-    return filter_create(&s->where, s->plan, tile, &stage->plane, s->first_axis, &stage->filter);
+    return filter_create(&s->where, s->plan, tile, &stage->plane, s->order, &stage->filter);
 }
 
 static uint64_t brick_bytes(const struct weft_slice_plan *plan, int tile)
@@ -255,7 +257,7 @@ enum weft_result weft_slice_separable_compile(weft_context *context, const struc
     s->where = (struct weft_separable_compile_params){.context = context, .cpu = *cpu};
     s->threads = cpu->threads;
     s->kept_bytes = bytes_to_keep(plan);
-    res = find_order(plan, &s->first_axis);
+    res = find_order(plan, &s->order);
     if (res == WEFT_OK && s->kept_bytes)
         res = keep_stages(s);
     if (res == WEFT_OK)

@@ -96,7 +96,7 @@ struct weft_warp_params {
     uint64_t memory_bytes;      // what a run may take beside planes (default 1 GiB)
     const struct weft_log *log; // may be NULL; borrowed for the plan's life
 };
-#define WEFT_WARP_DEFAULTS .memory_bytes = UINT64_C(1) << 30,
+#define WEFT_WARP_DEFAULTS
 #define weft_warp_params(...) (&(struct weft_warp_params){WEFT_WARP_DEFAULTS __VA_ARGS__})
 
 typedef struct weft_warp_plan weft_warp_plan; // Thread-safety: read-only once made.

@@ -154,7 +154,7 @@ static void volume_files(void)
 static enum weft_result prefilter_volume(weft_volume *v, const struct weft_kernel *kernel)
 {
     weft_volume *out = NULL;
-    const enum weft_result res = weft_volume_prefilter(v, kernel, &logger, &out);
+    const enum weft_result res = weft_volume_prefilter(&logger, v, kernel, &out);
     weft_volume_destroy(&out);
     return res;
 }

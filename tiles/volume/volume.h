@@ -57,17 +57,17 @@ enum weft_sample_type {
 WEFT_API extern const char *const weft_sample_type_names[WEFT_SAMPLE_TYPE_COUNT + 1];
 WEFT_API extern const size_t weft_sample_sizes[WEFT_SAMPLE_TYPE_COUNT];
 
-// What a raw file is. Start from weft_raw_layout(...): a spacing of 0 is an error.
+// What a raw file is.
 struct weft_raw_layout {
     int size[3];                // samples along x, y, z (required, each > 0); x is stored fastest
     enum weft_sample_type type; // default uint8
     bool big_endian;            // default: the lowest byte of a sample comes first
     uint64_t skip;              // bytes of the file before the first sample (default 0)
     double spacing[3];          // from one sample to the next, in world units; finite and not 0;
-                                // where negative the axis runs backwards (default 1)
+                                // where negative the axis runs backwards (default all 0: 1 each)
     double origin[3];           // where the first sample lies in the world (default 0)
 };
-#define WEFT_RAW_LAYOUT_DEFAULTS .spacing = {1.0, 1.0, 1.0},
+#define WEFT_RAW_LAYOUT_DEFAULTS
 #define weft_raw_layout(...) (&(struct weft_raw_layout){WEFT_RAW_LAYOUT_DEFAULTS __VA_ARGS__})
 
 // A constant cube of 8, 128 or 4096 voxels a side (OpenVDB's node sizes), aligned to its size.
@@ -283,9 +283,9 @@ WEFT_API enum weft_result weft_volume_save(const weft_volume *volume,
 // Borrows `volume`, which must outlive the result and be used by the same thread. Reading takes up
 // to 64 MiB on the way. Returns WEFT_ERR_ARGUMENT (weft_prefilter_compute), _LIMIT (index range) or
 // _MEMORY.
-WEFT_API enum weft_result weft_volume_prefilter(weft_volume *volume,
+WEFT_API enum weft_result weft_volume_prefilter(const struct weft_log *log, weft_volume *volume,
                                                 const struct weft_kernel *kernel,
-                                                const struct weft_log *log, weft_volume **out);
+                                                weft_volume **out);
 
 // Frees a volume and ends its reader. Accepts &NULL, leaves NULL behind.
 WEFT_API void weft_volume_destroy(weft_volume **volume);

@@ -162,6 +162,18 @@ static enum weft_result take_grid(const struct weft_log *log, enum weft_volume_f
     return WEFT_OK;
 }
 
+// With a layout, if there is one, of which the default spacing is filled in.
+static struct weft_volume_open_params complete_params(const struct weft_volume_open_params *params,
+                                                      struct weft_raw_layout *raw)
+{
+    struct weft_volume_open_params out = *params;
+    *raw = params->raw ? *params->raw : (struct weft_raw_layout){0};
+    if (raw->spacing[0] == 0.0 && raw->spacing[1] == 0.0 && raw->spacing[2] == 0.0)
+        raw->spacing[0] = raw->spacing[1] = raw->spacing[2] = 1.0;
+    out.raw = params->raw ? raw : NULL;
+    return out;
+}
+
 static bool layout_valid(const struct weft_raw_layout *raw)
 {
     for (int i = 0; i < 3; i++)
@@ -418,10 +430,13 @@ struct weft_volume_opening {
 };
 
 // Starts the reader, and asks it.
-static enum weft_result ask(const struct weft_volume_open_params *params, weft_volume **out)
+static enum weft_result ask(const struct weft_volume_open_params *asked, weft_volume **out)
 {
+    struct weft_raw_layout raw;
+    const struct weft_volume_open_params complete = complete_params(asked, &raw);
+    const struct weft_volume_open_params *params = &complete;
     const struct iovec parts[] = {
-        {(void *)(uintptr_t)params->raw, params->raw ? sizeof *params->raw : 0},
+        {&raw, params->raw ? sizeof raw : 0},
         {(void *)(uintptr_t)params->grid, params->grid ? strlen(params->grid) + 1 : 0}};
     const struct weft_wire_request request = {.op = WEFT_WIRE_OPEN,
                                               .rest = params->rest,
@@ -569,12 +584,13 @@ enum weft_result weft_volume_list_load(const struct weft_volume_open_params *par
     enum weft_volume_format format = WEFT_VOLUME_MEMORY;
     struct weft_volume_list list = {0};
     struct weft_wire_request request = {.op = WEFT_WIRE_LIST, .raw = params->raw != NULL};
-    const struct iovec layout = {(void *)(uintptr_t)params->raw,
-                                 params->raw ? sizeof *params->raw : 0};
+    struct weft_raw_layout raw;
+    const struct weft_volume_open_params complete = complete_params(params, &raw);
+    const struct iovec layout = {&raw, params->raw ? sizeof raw : 0};
     struct weft_wire_answer answer;
     struct weft_payload payload = {0};
     size_t at = 0;
-    enum weft_result res = start(params, &format, &reader);
+    enum weft_result res = start(&complete, &format, &reader);
     if (!res)
         res = weft_reader_call_parts(reader, &request, &layout, 1, &answer, &payload);
     if (res)

@@ -515,8 +515,8 @@ static enum weft_result widen_box(weft_volume *volume)
     return WEFT_OK;
 }
 
-enum weft_result weft_volume_prefilter(weft_volume *volume, const struct weft_kernel *kernel,
-                                       const struct weft_log *log, weft_volume **out)
+enum weft_result weft_volume_prefilter(const struct weft_log *log, weft_volume *volume,
+                                       const struct weft_kernel *kernel, weft_volume **out)
 {
     *out = NULL;
     struct weft_prefilter prefilter;

@@ -104,7 +104,7 @@ enum weft_result table_cell_compute(const struct table_job *job, struct table_ce
         .convention = job->convention,
         .locations = locations,
         .log = report_log(),
-        .progress = progress ? *progress : (struct weft_progress){0},
+        .progress = progress,
     };
     struct weft_error_kernel *e = &cell->error;
     enum weft_result res = weft_error_kernel_compute(&params, e);

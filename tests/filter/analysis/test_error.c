@@ -385,7 +385,7 @@ static void test_cancel(void **state)
         .kernel = kernel_named("linear"),
         .locations = 300,
         .threads = 1,
-        .progress = {.report = stop_at_half, .priv = &last}};
+        .progress = &(struct weft_progress){.report = stop_at_half, .priv = &last}};
     (void)state;
     assert_int_equal(weft_error_kernel_compute(&params, &error), WEFT_ERR_CANCELLED);
     assert_true(last >= 0.5 && error.maximum == 0.0);

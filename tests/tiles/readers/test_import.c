@@ -661,7 +661,8 @@ static void test_raw(void **state)
         .path = file_path("plain.raw"), .raw = &layout, .log = &test_log};
     assert_int_equal(weft_volume_open(&params, &volume), WEFT_ERR_FORMAT);
     assert_non_null(strstr(last_error.message, "8712 bytes of samples"));
-    layout.spacing[0] = 0.0;
+    layout.spacing[0] = 0.0; // of one axis; of all it is the default
+    layout.spacing[1] = layout.spacing[2] = 1.0;
     assert_int_equal(weft_volume_open(&params, &volume), WEFT_ERR_ARGUMENT);
 }
 

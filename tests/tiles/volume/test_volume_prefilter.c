@@ -77,7 +77,7 @@ static weft_volume *prefilter(weft_volume *base, const char *name)
 {
     const struct weft_kernel kernel = kernel_named(name);
     weft_volume *volume = NULL;
-    assert_int_equal(weft_volume_prefilter(base, &kernel, &log_to_stderr, &volume), WEFT_OK);
+    assert_int_equal(weft_volume_prefilter(&log_to_stderr, base, &kernel, &volume), WEFT_OK);
     return volume;
 }
 
@@ -515,10 +515,10 @@ static void bad_requests_are_named(void **state)
     const struct weft_log log = {keep_message, &message};
     const struct weft_kernel mitchell = kernel_named("mitchell"), cubic = kernel_named("bspline3i");
     weft_volume *base = make_dense(8, 8, 8, 0.0f, 0.0f), *volume = NULL, *far = NULL;
-    assert_int_equal(weft_volume_prefilter(base, &mitchell, &log, &volume), WEFT_ERR_ARGUMENT);
+    assert_int_equal(weft_volume_prefilter(&log, base, &mitchell, &volume), WEFT_ERR_ARGUMENT);
     assert_non_null(strstr(message.text, "mitchell has no prefilter"));
     assert_null(volume);
-    assert_int_equal(weft_volume_prefilter(base, &cubic, &log, &volume), WEFT_OK);
+    assert_int_equal(weft_volume_prefilter(&log, base, &cubic, &volume), WEFT_OK);
     float values[WEFT_BRICK_VOXELS];
     const int32_t odd[1][3] = {{0, 4, 0}};
     assert_int_equal(weft_volume_read(volume, 1, odd, values), WEFT_ERR_ARGUMENT);
@@ -530,7 +530,7 @@ static void bad_requests_are_named(void **state)
                                                            .origin = {WEFT_INDEX_LIMIT - 20}),
                                         &far),
                      WEFT_OK);
-    assert_int_equal(weft_volume_prefilter(far, &cubic, &log, &volume), WEFT_ERR_LIMIT);
+    assert_int_equal(weft_volume_prefilter(&log, far, &cubic, &volume), WEFT_ERR_LIMIT);
     assert_non_null(strstr(message.text, "1073741824"));
     weft_volume_destroy(&far);
     weft_volume_destroy(&base);
