@@ -20,6 +20,7 @@
 #include "filter/quantity.h"
 #include "filter/rectangle.h"
 #include "filter/statistics.h"
+#include "filter/version.h"
 #include "passes/accumulate/accumulate.h"
 #include "passes/accumulate/buffer.h"
 #include "passes/accumulate/tree/tree.h"

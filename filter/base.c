@@ -10,6 +10,7 @@
 #include <time.h>
 
 #include "filter/check.h"
+#include "filter/version.h"
 
 const char *weft_result_text(enum weft_result result)
 {
@@ -44,7 +45,7 @@ const char *weft_result_text(enum weft_result result)
 
 const char *weft_version(void)
 {
-    return WEFT_VERSION;
+    return WEFT_VERSION_TEXT;
 }
 
 void weft_log_write(const struct weft_log *log, enum weft_log_level level, const char *format, ...)

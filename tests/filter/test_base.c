@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "filter/check.h"
+#include "filter/version.h"
 
 struct record {
     int count;
@@ -47,6 +48,17 @@ static void test_version(void **state)
     int major, minor, patch;
     (void)state;
     assert_int_equal(sscanf(weft_version(), "%d.%d.%d", &major, &minor, &patch), 3);
+    assert_int_equal(major, WEFT_VERSION_MAJOR);
+    assert_int_equal(minor, WEFT_VERSION_MINOR);
+    assert_int_equal(patch, WEFT_VERSION_PATCH);
+    // As CMake, and with it packages and file names, have it.
+    assert_string_equal(weft_version(), WEFT_TEST_VERSION);
+    assert_string_equal(WEFT_VERSION_TEXT, WEFT_TEST_VERSION);
+#if WEFT_VERSION != WEFT_VERSION_NUMBER(WEFT_VERSION_MAJOR, WEFT_VERSION_MINOR, WEFT_VERSION_PATCH)
+#error "the number is not made of its parts"
+#endif
+    assert_true(WEFT_VERSION_NUMBER(0, 2, 0) > WEFT_VERSION_NUMBER(0, 1, 99));
+    assert_true(WEFT_VERSION_NUMBER(1, 0, 0) > WEFT_VERSION_NUMBER(0, 999, 999));
 }
 
 static void test_log_levels(void **state)
