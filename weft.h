@@ -74,6 +74,7 @@
 #include "passes/resample/resample.h"
 #include "passes/separable/separable.h"
 #include "passes/separable/work.h"
+#include "passes/simple/simple.h"
 #include "passes/slice/multipass.h"
 #include "passes/slice/slab.h"
 #include "passes/slice/slice.h"

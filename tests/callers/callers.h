@@ -39,6 +39,7 @@ extern const struct caller_case callers_accumulate[];
 extern const struct caller_case callers_antialias[];
 extern const struct caller_case callers_ranks[];
 extern const struct caller_case callers_lattice[];
+extern const struct caller_case callers_simple[];
 
 // Messages of warnings and errors since the last judgement, and what was found wrong in this child.
 extern int callers_lines, callers_complaints;

@@ -17,7 +17,7 @@ enum { SECONDS = 30 };
 static const struct caller_case *const rooms[] = {
     callers_filter,    callers_tiles,  callers_plans,   callers_engines,
     callers_slices,    callers_images, callers_warps,   callers_accumulate,
-    callers_antialias, callers_ranks,  callers_lattice,
+    callers_antialias, callers_ranks,  callers_lattice, callers_simple,
 };
 
 static bool is_called(const char *function)
