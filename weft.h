@@ -60,6 +60,7 @@
 #include "passes/jitter/weights.h"
 #include "passes/lattice/lattice.h"
 #include "passes/multipass/multipass.h"
+#include "passes/params/params.h"
 #include "passes/plan/pass.h"
 #include "passes/plan/plan.h"
 #include "passes/plan/profile.h"

@@ -10,10 +10,11 @@
 // function says) and a line in the log; where there is neither, NAN, NULL, 0, -1 or "unknown".
 //
 // Every params struct is filled by a macro of its name, weft_volume_params(.size = {8, 8, 8}, ...),
-// whose value is a pointer to such a struct (in C; C++ has no compound literals). It starts from
-// WEFT_VOLUME_DEFAULTS, which an initialiser of one's own may start with, too. Members left out or
-// zero ask for the defaults. DEFAULTS macros are empty but where zero is a value and the default is
-// another.
+// whose value is a pointer to such a struct. It starts from WEFT_VOLUME_DEFAULTS, which an
+// initialiser of one's own may start with, too. Members left out or zero ask for the defaults.
+// DEFAULTS macros are empty but where zero is a value and the default is another. C++ and bindings,
+// which have no compound literals, call weft_volume_params_init(&params) and its like
+// (passes/params/params.h).
 //
 // Thread-safety: nothing is global. Functions may be called from any thread, also at once, with
 // different objects; what may be shared stands beside each object's type.
@@ -87,9 +88,6 @@ WEFT_API char *weft_text_clean(char *text, bool keep_lines);
 // Returns where a text file's content starts: behind UTF-8's byte order mark (EF BB BF), which some
 // editors put in front, or at `text` itself where there is none.
 WEFT_API const char *weft_text_skip_mark(const char *text);
-
-// Returns the version of the library that runs, "0.1.0"; static storage.
-WEFT_API const char *weft_version(void);
 
 WEFT_END_DECLS
 #endif

@@ -15,7 +15,7 @@ passes/accumulate/blend passes/accumulate passes/jitter passes/separable passes/
 passes/fused/lines
 passes/fused passes/points passes/hardware passes/multipass passes/slice passes/verify passes/choose passes/simple passes/resample passes/warp passes/lattice
 passes/antialias/pattern passes/antialias/drawing passes/antialias/marks passes/antialias passes/stability
-passes/distribute/schedule passes/distribute passes/distribute/mpi weft tools/common tools/framing tools/options tools/volumes tools/draw tools/ranks tools/methods tools/plan_json tools/scene
+passes/distribute/schedule passes/distribute passes/params passes/distribute/mpi weft tools/common tools/framing tools/options tools/volumes tools/draw tools/ranks tools/methods tools/plan_json tools/scene
 tools/render/gl tools/render tools/resample tools/accumulate tools/effect/lights tools/effect tools/antialias tools/curve tools/slice tools/probe tools/lattice tools/table tools/chart tools/kernel tools/verbs tools/program'
 tmp=$(mktemp -d)
 trap 'rm -rf "$tmp"' EXIT
