@@ -387,7 +387,7 @@ static void errors_are_pictures(void **state)
                      "-o", "d.exr");
     float *result = load_plane("s.exr", WIDTH, HEIGHT), *exact = load_plane("d.exr", WIDTH, HEIGHT),
           *error = load_plane("e.exr", WIDTH, HEIGHT);
-    const double most = number(json_object_get(root, "verify"), "maximum");
+    const double most = number(json_object_get(root, "error"), "max");
     assert_true(most > 0.0 && fabs(largest(error, COUNT) - most) <= 0x1p-23 * most);
     for (int i = 0; i < COUNT; i++)
         assert_true(fabs((double)result[i] - (double)exact[i] - (double)error[i]) <=
@@ -400,7 +400,7 @@ static void errors_are_pictures(void **state)
                                   "--verify", "--error-image", "e.exr", "--json"));
     json_t *group = json_array_get(json_object_get(root, "groups"), 0);
     error = load_plane("e.exr", 2 * WIDTH, 2 * HEIGHT);
-    const double own = number(json_object_get(group, "verify"), "maximum");
+    const double own = number(json_object_get(group, "error"), "max");
     assert_true(own > 0.0 && fabs(largest(error, 4 * COUNT) - own) <= 0x1p-23 * own);
     json_decref(root);
     free(error);

@@ -8,6 +8,7 @@
 #include "tools/antialias/job.h"
 #include "tools/common/report.h"
 #include "tools/methods/jitter_sets.h"
+#include "tools/options/saved.h"
 #include "tools/ranks/ranks.h"
 
 const char *const antialias_depth_choices[] = {"24", "32", NULL};
@@ -103,6 +104,8 @@ static const char *output_conflict(const struct antialias_job *job)
         return "--type needs -o OUT.exr";
     if (!picture && !map_is_exr && is_given(job, ASK_COMPRESSION))
         return "--compression needs -o OUT.exr or --weight-map OUT.exr";
+    if (saved_conflict(&job->option[ASK_COMPRESSION], &job->option[ASK_OUTPUT]))
+        return saved_conflict(&job->option[ASK_COMPRESSION], &job->option[ASK_OUTPUT]);
     if (!picture && !preview && !map && !is_given(job, ASK_FRAMES) && !is_given(job, ASK_VERIFY) &&
         !is_given(job, ASK_EXPLAIN) && !is_given(job, ASK_JSON))
         return "nothing to do: give -o OUT.exr, --preview OUT.png, --frames N to time pictures, "

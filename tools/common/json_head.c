@@ -69,7 +69,7 @@ void json_report_to(const char *path)
 
 void json_add_input(const char *path)
 {
-    add(&report_to.input, path);
+    add(&report_to.input, strcmp(path, "/dev/stdin") == 0 ? "-" : path);
 }
 
 void json_add_output(const char *path)

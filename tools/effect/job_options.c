@@ -8,6 +8,7 @@
 #include "tools/common/report.h"
 #include "tools/effect/job.h"
 #include "tools/methods/jitter_sets.h"
+#include "tools/options/saved.h"
 #include "tools/ranks/ranks.h"
 
 static bool is_given(const struct effect_job *job, enum effect_option option)
@@ -82,6 +83,11 @@ static const char *output_conflict(const struct effect_job *job)
         return "--type needs -o OUT.exr";
     if (!mean && !error && is_given(job, ASK_COMPRESSION))
         return "--compression needs -o OUT.exr or --stderr OUT.exr";
+    for (int i = 0; i < 2; i++) {
+        const struct option_value *output = &job->option[i ? ASK_STDERR : ASK_OUTPUT];
+        if (saved_conflict(&job->option[ASK_COMPRESSION], output))
+            return saved_conflict(&job->option[ASK_COMPRESSION], output);
+    }
     if (!mean && !error && !preview && !is_given(job, ASK_EXPLAIN) && !is_given(job, ASK_JSON))
         return "nothing to do: give -o OUT.exr, --stderr OUT.exr, --preview OUT.png, --json or "
                "--explain";

@@ -5,6 +5,19 @@
 
 #include "tools/common/report.h"
 
+const char *saved_conflict(const struct option_value *compression,
+                           const struct option_value *output)
+{
+    enum weft_image_file_kind kind;
+    const enum weft_image_compression asked = (unsigned)compression->integer[0];
+    const bool tiff = output->given && weft_image_file_kind_find(output->text, &kind) &&
+                      kind == WEFT_IMAGE_FILE_TIFF;
+    if (!compression->given || !tiff || asked == WEFT_IMAGE_ZIP || asked == WEFT_IMAGE_RLE ||
+        asked == WEFT_IMAGE_NONE)
+        return NULL;
+    return "--compression: TIFF is written as zip, rle or none";
+}
+
 json_t *saved_json(const struct weft_image_save_report *s)
 {
     return json_pack("{s:o,s:o,s:o,s:o,s:o,s:o,s:o}", "values", json_count(s->values), "verified",
@@ -39,8 +52,12 @@ void saved_warn(const char *path, const struct weft_image_save_report *s)
 enum weft_result saved_write(const struct weft_image *image, const char *path, bool no_clobber,
                              int threads, struct weft_image_save_report *saved)
 {
+    enum weft_image_file_kind kind = WEFT_IMAGE_FILE_EXR;
+    if (weft_image_file_kind_find(path, &kind) && kind != WEFT_IMAGE_FILE_TIFF)
+        kind = WEFT_IMAGE_FILE_EXR; // codes have an option of their own: --preview
     const struct weft_image_save_params params = {
         .path = path,
+        .kind = kind,
         .no_clobber = no_clobber,
         .threads = threads,
         .progress = report_writing(path),

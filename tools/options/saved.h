@@ -19,9 +19,13 @@
         WEFT_IMAGE_PIZ + 1, .group = OPTION_FILES                                                  \
     }
 
-// Writes an image of one part, with progress, and warns as saved_warn does.
+// Writes an image of one part, as TIFF where the name ends so and else as EXR, with progress, and warns as saved_warn does.
 enum weft_result saved_write(const struct weft_image *image, const char *path, bool no_clobber,
                              int threads, struct weft_image_save_report *saved);
+
+// What is wrong with --compression for an output, NULL: nothing. TIFF has not all of EXR's.
+const char *saved_conflict(const struct option_value *compression,
+                           const struct option_value *output);
 
 json_t *saved_json(const struct weft_image_save_report *saved);
 // With --verify: a line on stdout of what was read back; otherwise nothing.

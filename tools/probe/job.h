@@ -95,6 +95,8 @@ enum weft_result probe_write(const struct probe_job *job, const char *path);
 
 void probe_explain(const struct probe_job *job);
 void probe_report(const struct probe_job *job); // --verify, and warnings
+// Whether -o names a file of JSON, which is the report then.
+bool probe_writes_json(const struct probe_job *job);
 enum weft_result probe_print_json(const struct probe_job *job);
 
 // Calls part(priv, i) for every i below count, from `threads` threads.

@@ -151,6 +151,11 @@ static json_t *points_json(const struct probe_job *job)
     return points;
 }
 
+bool probe_writes_json(const struct probe_job *job)
+{
+    return job->option[PROBE_OUTPUT].given && job->option[PROBE_OUTPUT].integer[0] == 3;
+}
+
 enum weft_result probe_print_json(const struct probe_job *job)
 {
     const struct weft_points_report *r = &job->report;
@@ -180,7 +185,7 @@ enum weft_result probe_print_json(const struct probe_job *job)
                             run_report_seconds(stages, sizeof stages / sizeof *stages,
                                                report_now_seconds() - job->start));
     }
-    if (!planned && !job->option[PROBE_OUTPUT].given)
+    if (!planned && (!job->option[PROBE_OUTPUT].given || probe_writes_json(job)))
         json_object_set_new(root, "points", points_json(job));
     return json_print(root);
 }

@@ -10,17 +10,18 @@
 #include "tools/ranks/ranks.h"
 #include "tools/verbs/verb.h"
 
-static const char *const exr_ending[] = {".exr", NULL}, *const png_ending[] = {".png", NULL};
+static const char *const light_endings[] = {".exr", ".tif", ".tiff", NULL};
+static const char *const png_ending[] = {".png", NULL};
 
 static const struct option_spec options[ASK_OPTION_COUNT] = {
     [ASK_OUTPUT] = {.name = "output",
                     'o',
                     OPTION_OUTPUT,
-                    "OUT.exr",
+                    "OUT.exr|.tif",
                     "the picture: linear light in R, G and B and how much of a pixel is covered in "
                     "A, with attributes that tell how it was made; of several a name with a "
                     "number, as out_%04d.exr",
-                    exr_ending,
+                    light_endings,
                     .group = OPTION_FILES,
                     .brief = "the picture"},
     [ASK_PREVIEW] = {.name = "preview",

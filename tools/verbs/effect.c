@@ -9,25 +9,26 @@
 #include "tools/ranks/ranks.h"
 #include "tools/verbs/verb.h"
 
-static const char *const exr_ending[] = {".exr", NULL}, *const png_ending[] = {".png", NULL};
+static const char *const light_endings[] = {".exr", ".tif", ".tiff", NULL};
+static const char *const png_ending[] = {".png", NULL};
 static const char *const centre_choices[] = {"on", "off", NULL};
 
 static const struct option_spec options[ASK_OPTION_COUNT] = {
     [ASK_OUTPUT] = {.name = "output",
                     'o',
                     OPTION_OUTPUT,
-                    "OUT.exr",
+                    "OUT.exr|.tif",
                     "the picture: linear light in R, G and B and how much of a pixel is covered in "
                     "A, with attributes that tell how it was made",
-                    exr_ending,
+                    light_endings,
                     .group = OPTION_FILES,
                     .brief = "the picture"},
     [ASK_STDERR] = {.name = "stderr",
                     0,
                     OPTION_OUTPUT,
-                    "OUT.exr",
+                    "OUT.exr|.tif",
                     "the standard error of that mean, for each pixel and channel, in floats",
-                    exr_ending,
+                    light_endings,
                     .group = OPTION_METHOD},
     [ASK_PREVIEW] = {.name = "preview",
                      0,

@@ -27,14 +27,14 @@ enum { BRICK_BYTES = WEFT_BRICK_VOXELS * sizeof(float) };
 // Of voxels. Building, handing over and writing hold about four times that for a while.
 static const uint64_t max_bytes = UINT64_C(2) << 30;
 
-static const char *const vdb_ending[] = {".vdb", NULL};
+static const char *const volume_endings[] = {".vdb", ".nrrd", NULL};
 static const struct option_spec options[MAKE_OPTION_COUNT] = {
     [MAKE_OUTPUT] = {.name = "output",
                      'o',
                      OPTION_OUTPUT,
-                     "OUT.vdb",
-                     "the volume (required)",
-                     vdb_ending,
+                     "OUT.vdb|.nrrd",
+                     "the volume (required), as VDB, or the box of its voxels as NRRD",
+                     volume_endings,
                      .group = OPTION_FILES,
                      .brief = "the volume"},
     [MAKE_SIZE] = {.name = "size",
@@ -365,15 +365,20 @@ static enum weft_result build_volume(struct make_job *job, weft_volume **out)
 
 // There is no input to refuse here: whatever keeps the writer from writing is an output not
 // written.
-static enum weft_result save_volume(const weft_volume *volume, const struct option_value *values)
+static enum weft_result save_volume(weft_volume *volume, const struct option_value *values)
 {
+    const struct weft_nrrd_save_params *nrrd =
+        weft_nrrd_save_params(.path = values[MAKE_OUTPUT].text,
+                              .no_clobber = values[MAKE_NO_CLOBBER].given, .volume = {volume},
+                              .log = report_log());
     const struct weft_volume_save_params params = {
         .path = values[MAKE_OUTPUT].text,
         .no_clobber = values[MAKE_NO_CLOBBER].given,
         .log = report_log(),
     };
     report_stage("writing", params.path);
-    enum weft_result res = weft_volume_save(volume, &params);
+    const bool is_nrrd = values[MAKE_OUTPUT].integer[0] == 1;
+    enum weft_result res = is_nrrd ? weft_volume_save_nrrd(nrrd) : weft_volume_save(volume, &params);
     if (res == WEFT_OK || res == WEFT_ERR_MEMORY || res == WEFT_ERR_CANCELLED)
         return res;
     return WEFT_ERR_WRITE;
@@ -430,8 +435,8 @@ static const char *const epilogue[] = {
 const struct verb verb_make = {
     .name = "make",
     .group = VERB_VOLUMES,
-    .summary = "a test signal as a VDB volume",
-    .usage = "SIGNAL -o OUT.vdb [--size N|NxNxN] [--voxel S|SX,SY,SZ] [--offset I,J,K] [options]",
+    .summary = "a test signal as a VDB or NRRD volume",
+    .usage = "SIGNAL -o OUT.vdb|.nrrd [--size N|NxNxN] [--voxel S|SX,SY,SZ] [--offset I,J,K] [options]",
     .description = "Samples an analytic signal and writes it as a float grid, named after the "
                    "signal. The sphere is a narrow-band level set, built without visiting the "
                    "voxels away from its surface.",

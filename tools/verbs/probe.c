@@ -9,7 +9,7 @@
 #include "tools/probe/job.h"
 #include "tools/verbs/verb.h"
 
-static const char *const table_endings[] = {".csv", ".tsv", ".txt", NULL};
+static const char *const table_endings[] = {".csv", ".tsv", ".txt", ".json", NULL};
 
 static const struct option_spec options[PROBE_OPTION_COUNT] = {
     [PROBE_POINTS] = {.name = "points",
@@ -26,9 +26,10 @@ static const struct option_spec options[PROBE_OPTION_COUNT] = {
     [PROBE_OUTPUT] = {.name = "output",
                       'o',
                       OPTION_OUTPUT,
-                      "OUT.csv|.tsv|.txt",
+                      "OUT.csv|.tsv|.txt|.json",
                       "the points with their values in further columns, each the shortest text "
-                      "that reads back as the same float (default: on stdout)",
+                      "that reads back as the same float (default: on stdout); .json: the report, with "
+                      "the points",
                       table_endings,
                       .group = OPTION_FILES,
                       .brief = "values as CSV"},
@@ -145,6 +146,9 @@ static enum weft_result check_options(struct probe_job *job)
         report_error("no points given: --points FILE.csv, or - for standard input");
     else if (strcmp(o[PROBE_POINTS].text, "-") == 0 && strcmp(job->input, "/dev/stdin") == 0)
         report_error("the volume and --points are both standard input");
+    else if (probe_writes_json(job) && o[PROBE_JSON].given)
+        report_error("--json and -o %s are the same report: give one of them",
+                     o[PROBE_OUTPUT].text);
     else
         res = options_read_whole(&o[PROBE_THREADS], "threads", 1, WEFT_CPU_MAX_THREADS,
                                  &job->threads);
@@ -174,15 +178,18 @@ static enum weft_result write_results(struct probe_job *job)
     const double start = report_now_seconds();
     const char *path = o[PROBE_OUTPUT].given ? o[PROBE_OUTPUT].text : "/dev/stdout";
     enum weft_result res = WEFT_OK;
-    if (!paths_is_stdout(path))
+    const bool json = probe_writes_json(job);
+    if (!json && !paths_is_stdout(path))
         report_stage("writing", path);
-    if (o[PROBE_OUTPUT].given || !o[PROBE_JSON].given)
+    if (!json && (o[PROBE_OUTPUT].given || !o[PROBE_JSON].given))
         res = probe_write(job, path);
     report_erase_progress();
     job->write_seconds = report_now_seconds() - start;
     if (res == WEFT_OK)
         probe_report(job);
-    return res == WEFT_OK && o[PROBE_JSON].given ? probe_print_json(job) : res;
+    if (json)
+        json_report_to(o[PROBE_OUTPUT].text);
+    return res == WEFT_OK && (json || o[PROBE_JSON].given) ? probe_print_json(job) : res;
 }
 
 static enum weft_result explain(struct probe_job *job)

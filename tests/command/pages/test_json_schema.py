@@ -21,6 +21,8 @@ except ImportError:
 SIZE = ["--size", "12x12"]
 MAKE = [
     "make ramp --size 12 -o r.vdb --json",
+    "make chirp --size 12 -o r.nrrd --json",
+    "info r.nrrd --json",
     "make marschner-lobb --size 12 -o ml.vdb --json=made.json",
 ]
 CPU = [
@@ -37,6 +39,7 @@ CPU = [
     "info s.png --json",
     "probe ml.vdb --points points.csv --json --verify --threads 1",
     "probe ml.vdb --points points.csv -o probed.csv --json",
+    "probe ml.vdb --points points.csv -o probed.json",
     "probe ml.vdb --points points.csv --explain --json",
     "lattice ml.vdb --scale 1.5 -o l.vdb --verify --json -j 1",
     "lattice ml.vdb --scale 1.5 --explain --json",
@@ -67,9 +70,10 @@ GL = [
     "slice ml.vdb --size 12x12 -o f%d.exr --frames 1-2 --at 2..8 --verify --json",
     "resample s.exr --size 7x7 -o t.exr --engine gl --verify --json",
     "effect antialias+motion-blur --size 8x8 --frames 4 -o fx.exr --preview fx.png --json",
-    "effect soft-shadow --size 8x8 --frames 4 --until 1 --stderr se.exr -o fx.exr --json",
+    "effect soft-shadow --size 8x8 --frames 4 --until 1 --stderr se.exr -o fx.tif --json",
     "antialias acaa --size 8x8 --scene polygons:3,9 --samples 4 -o aa.exr --verify --json",
-    "antialias msaa --size 8x8 --scene polygons:3,9 -o aa.exr --json",
+    "info fx.tif --json",
+    "antialias msaa --size 8x8 --scene polygons:3,9 -o aa.tiff --type half --json",
     "antialias adaptive --size 8x8 --scene polygons:3,9 --verify --frames 2 -o aa%d.exr --json",
     "chart ramp --truth --quick --size 8x8 --kernel linear --csv c.csv --json",
     "chart --accumulate --quick --size 8x8 --frames 4 --json=chart.json",
@@ -89,7 +93,9 @@ FAILURES = [
     "resample missing.exr --size 2x2 --json",
     "accumulate missing.exr -o m.exr --json",
     "effect nothing --json",
+    "effect antialias -o a.tif --compression piz --json",
     "antialias nothing --json",
+    "probe ml.vdb --points points.csv -o a.json --json",
     "kernel nothing --json",
     "table --dims 9 --format json",
     "plan --kernel nothing --json",
@@ -123,7 +129,7 @@ class Checks:
 
     def document(self, line, result):
         """The text of the report, which is in a file where the line says so."""
-        file = re.search(r"--json=(\S+)|table .* -o (\S+\.json)", line)
+        file = re.search(r"--json=(\S+)|(?:table|probe) .* -o (\S+\.json)", line)
         if not file:
             return result.stdout
         if result.stdout and "--json=" in line and line.split()[0] != "chart":
@@ -161,7 +167,7 @@ class Checks:
                 self.say(line, f"output {file} is not there, or not of this size")
         words = shlex.split(line)
         for option in ("-o", "--preview", "--stderr", "--error-image"):
-            if option in words and "--explain" not in words and "table" not in words:
+            if option in words and "--explain" not in words and not line.endswith(".json"):
                 name = words[words.index(option) + 1].replace("%d", "[0-9]+")
                 if not any(re.fullmatch(name, file["path"]) for file in root["output"]):
                     self.say(line, f"{name} is no output: {root['output']}")
