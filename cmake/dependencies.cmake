@@ -36,6 +36,11 @@ find_library(WEFT_TBB_LIBRARY tbb REQUIRED)
 add_library(weft_dep_openvdb INTERFACE)
 # Its templates' debug information would cost more time than compiling them; lines are enough.
 target_compile_options(weft_dep_openvdb INTERFACE -g1)
+# tiles/readers/vdb_trees.h. Sanitizers and other compilers leave calls of what the library inlined.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13
+        AND NOT WEFT_SANITIZE)
+    target_compile_definitions(weft_dep_openvdb INTERFACE WEFT_VDB_TREES_OF_LIBRARY)
+endif()
 target_include_directories(weft_dep_openvdb SYSTEM INTERFACE ${WEFT_OPENVDB_INCLUDE})
 target_link_libraries(weft_dep_openvdb INTERFACE ${WEFT_OPENVDB_LIBRARY} ${WEFT_TBB_LIBRARY}
     Imath::Imath Threads::Threads)

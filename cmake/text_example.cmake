@@ -1,5 +1,12 @@
-# Writes the first C block of TEXT to OUT.
+# Writes a C block of TEXT to OUT: the first one, or the first behind a line "<!-- program: PROGRAM -->".
 file(READ ${TEXT} text)
+if(PROGRAM)
+    string(FIND "${text}" "<!-- program: ${PROGRAM} -->" start)
+    if(start EQUAL -1)
+        message(FATAL_ERROR "${TEXT} has no program ${PROGRAM}")
+    endif()
+    string(SUBSTRING "${text}" ${start} -1 text)
+endif()
 string(FIND "${text}" "```c\n" start)
 if(start EQUAL -1)
     message(FATAL_ERROR "${TEXT} has no C block")

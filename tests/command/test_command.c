@@ -458,16 +458,36 @@ static void an_interrupt_leaves_nothing(void **state)
     assert_int_equal(command_folder_size(), before);
 }
 
-static void the_readme_example_works(void **state)
+// What they print is what can be said by hand of what they make.
+static void programs_of_the_library_page_work(void **state)
 {
     (void)state;
-    skip_without_gl();
-    struct command_result r;
-    command_run(&r, "readme_example", "ml.vdb", "example.exr");
-    assert_string_equal(r.err, "");
-    assert_int_equal(r.code, 0);
-    command_succeeds("info", "example.exr");
-    unlink("example.exr");
+    static const struct {
+        const char *program, *operand, *out;
+        bool gl;
+    } cases[] = {
+        {"library_file", "sphere.vdb", "in the middle: -3\n", false}, // the band's inner value
+        // Pixels lie 1/8 apart, the first one 1/16 beside a voxel: 2 (1/16)^2.
+        {"library_memory", NULL, "done: from 0.0078125 to ", false},
+        {"library_kernel", NULL, "4 taps: -0.09375 0.59375 0.59375 -0.09375\n", false},
+        {"library_points", NULL, "90.75, gradient 15 2 3\n33.5, gradient 6 2 3\n", false},
+        {"library_budget", "ml.vdb", "separable cpu float: off by ", false},
+        {"library_sweep", "ml.vdb", "8 frames: ", false},
+        {"library_images", "s.exr", "Y: 40x20, done\n", false},
+        {"library_draw", NULL, "done: 0.0625 at the left, 0.5 in the middle of the blur\n", true},
+    };
+    command_succeeds("slice", "ml.vdb", "--size", "20x10", "--engine", "cpu", "-o", "s.exr");
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct command_result r;
+        if (cases[i].gl && !command_has_gl())
+            continue;
+        command_run(&r, cases[i].program, cases[i].operand);
+        assert_string_equal(r.err, "");
+        assert_int_equal(r.code, 0);
+        if (strncmp(r.out, cases[i].out, strlen(cases[i].out)) != 0)
+            fail_msg("%s: %s", cases[i].program, r.out);
+    }
+    unlink("s.exr");
 }
 
 static void the_antialias_example_works(void **state)
@@ -501,7 +521,7 @@ int main(void)
         cmocka_unit_test(errors_are_pictures),
         cmocka_unit_test(verify_prints_where),
         cmocka_unit_test(an_interrupt_leaves_nothing),
-        cmocka_unit_test(the_readme_example_works),
+        cmocka_unit_test(programs_of_the_library_page_work),
         cmocka_unit_test(the_antialias_example_works),
     };
     return cmocka_run_group_tests(tests, command_setup, command_teardown);

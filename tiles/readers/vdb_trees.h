@@ -6,8 +6,9 @@
 
 #include <openvdb/openvdb.h>
 
-// The library has what is virtual; the rest is inlined where anything is.
-#ifdef __OPTIMIZE__
+// The library has what is virtual; the rest is inlined where anything is, by compilers that inline
+// as much as the one that it was built with.
+#if defined(__OPTIMIZE__) && defined(WEFT_VDB_TREES_OF_LIBRARY)
 extern template class openvdb::tree::Tree<openvdb::FloatTree::RootNodeType>;
 extern template class openvdb::tree::Tree<openvdb::DoubleTree::RootNodeType>;
 extern template class openvdb::tree::Tree<openvdb::Int32Tree::RootNodeType>;
