@@ -9,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -18,7 +19,8 @@
 
 enum { LEAST_COMMANDS = 16, MAX_COMMAND = 1000 };
 
-// Minutes in all; tests of their own run these. WEFT_README=all runs them here, too.
+// Minutes in all; tests of their own run these. WEFT_README=all runs them here, too, and
+// more pages.
 static const char *const long_ones[] = {"weft chart ", "weft calibrate",   "weft stability ",
                                         "weft table",  "weft make sphere", NULL};
 
@@ -27,12 +29,17 @@ static bool starts_with(const char *line, const char *word)
     return strncmp(line, word, strlen(word)) == 0;
 }
 
-static bool takes_long(const char *line)
+static bool wants_all(void)
 {
     const char *wanted = getenv("WEFT_README");
+    return wanted && strcmp(wanted, "all") == 0;
+}
+
+static bool takes_long(const char *line)
+{
     for (int i = 0; long_ones[i]; i++)
         if (starts_with(line, long_ones[i]))
-            return !wanted || strcmp(wanted, "all") != 0;
+            return !wants_all();
     return false;
 }
 
@@ -75,6 +82,7 @@ static void prepare(void)
                      "320x240");
     command_succeeds("slice", "smoke.vdb", "-o", "render_%04d.exr", "--preview", "photo_%04d.png",
                      "--frames", "1-20", "--at", "10..40", "--size", "64x48");
+    assert_int_equal(mkdir("docs", 0755), 0); // where pages have their pictures
     put("model.obj", "v -1 -1 0\nv 1 -1 0\nv 0 1 0\nf 1 2 3\n");
     put("track.csv", "x,y,z,t\n10,20,30,0\n11.5,20,30.25,1\n");
     put("ct.raw", "");
@@ -148,6 +156,11 @@ static void every_command_works(void **state)
     for (size_t i = 0; i < sizeof quoting / sizeof *quoting; i++)
         run_page(quoting[i], true, &pages);
     assert_true(pages.commands >= 16 && pages.quoted >= 16);
+    static const char *const others[] = {
+        "docs/slices.md", "docs/points.md",    "docs/accumulation.md", "docs/effects.md",
+        "docs/chart.md",  "docs/stability.md", "docs/antialias.md",    "docs/table1.md"};
+    for (size_t i = 0; wants_all() && i < sizeof others / sizeof *others; i++)
+        run_page(others[i], false, &pages);
 }
 
 int main(void)
