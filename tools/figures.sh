@@ -18,7 +18,6 @@ kernel-page          drawn    kernels.md kernels-*.png
 coordinates          drawn    coordinates.svg
 slice                drawn    slice.png
 slices-up            drawn    slices-up.png
-slices-up            drawn    slices-up.png
 resample             drawn    resample.png
 lattice              drawn    lattice.png
 derivatives          drawn    derivatives.png
@@ -76,25 +75,15 @@ figure_slice() {
     panels "$out/slice.png" 3 '--axis z=z.png' '--axis x=x.png' '--origin --u --v=oblique.png'
 }
 
-# A head from its side and from above, whose world has z up.
+# A letter from its side and from above, whose world has z up.
 figure_slices_up() {
-    needs mri.vdb || return 0
-    set -- "$data/mri.vdb" --size 250x0 -q
-    weft slice "$@" --axis x --preview plain.png
-    weft slice "$@" --axis x --up z --preview up.png
-    weft slice "$@" --axis x --up z --flip x --preview flipped.png
-    weft slice "$@" --axis z --at 60% --up y --preview above.png
-    panels "$out/slices-up.png" 4 '--axis x=plain.png' '--axis x --up z=up.png' '--axis x --up z --flip x=flipped.png' \
-        '--axis z --up y=above.png'
-}
-
-figure_slices_up() {
-    needs mri.vdb || return 0
-    set -- "$data/mri.vdb" --size 250x0 -q
+    python3 "$root/tools/figures/letter.py" letter.raw
+    weft convert letter.raw letter.vdb --raw 28x28x28:uint8 --background 0 -q
+    set -- letter.vdb --size 220x0 --colour-map cividis --range 0,255 -q
     weft slice "$@" --axis x --preview plain.png
     weft slice "$@" --axis x --up z --preview up.png
     weft slice "$@" --axis x --up z --flip x --preview flip.png
-    weft slice "$@" --axis z --up y --preview across.png
+    weft slice "$@" --axis z --at 92% --up y --preview across.png
     panels "$out/slices-up.png" 4 '--axis x=plain.png' '--axis x --up z=up.png' \
         '--axis x --up z --flip x=flip.png' '--axis z --up y=across.png'
 }
