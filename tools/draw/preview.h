@@ -28,7 +28,7 @@ struct preview_options {
 #define PREVIEW_ANNOTATE_OPTION                                                                    \
     {.name = "annotate", 0, OPTION_FLAG, NULL,                                                     \
      "put a title, what lies along the edges, and a legend around the preview",                    \
-     .group = OPTION_PICTURES, .brief = "title, legend and scale around the preview"}
+     .group = OPTION_PICTURES}
 #define PREVIEW_TITLE_OPTION                                                                       \
     {.name = "title", 0, OPTION_TEXT, "TEXT",                                                      \
      "with --annotate: the title (default: what the picture is of)", .group = OPTION_PICTURES}

@@ -90,6 +90,7 @@ static enum weft_result make_plan(struct slice_job *job)
     if (res == WEFT_OK)
         res = weft_slice_plan_create(job->volume, params, &job->own_plan);
     job->plan = job->own_plan;
+    params->may_miss = true; // that is told once
     if (res == WEFT_OK && !o[SLICE_MAX_ERROR].given) {
         engine_prefer(&job->setup->engine, job->plan);
         res = slice_plan_anew(job);
