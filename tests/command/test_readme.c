@@ -158,7 +158,7 @@ static void every_command_works(void **state)
     assert_true(pages.commands >= 16 && pages.quoted >= 16);
     static const char *const others[] = {
         "docs/slices.md", "docs/points.md",    "docs/accumulation.md", "docs/effects.md",
-        "docs/chart.md",  "docs/stability.md", "docs/antialias.md",    "docs/table1.md"};
+        "docs/chart.md",  "docs/stability.md", "docs/table1.md"};
     for (size_t i = 0; wants_all() && i < sizeof others / sizeof *others; i++)
         run_page(others[i], false, &pages);
 }

@@ -385,7 +385,7 @@ static void slices_agree(void **state)
             weft_slice_plan_create(
                 volume, weft_slice_params(.geometry = g, .engine = WEFT_ENGINE_CPU), &plan),
             WEFT_OK);
-        assert_int_equal(weft_slice_run_once(plan, weft_slice_compile_params(.cpu = {1}),
+        assert_int_equal(weft_slice_run_once(plan, weft_slice_compile_params(.cpu.threads = 1),
                                              weft_slice_run_params(.pixels = again), NULL),
                          WEFT_OK);
         const size_t count = (size_t)(g.width * g.height);

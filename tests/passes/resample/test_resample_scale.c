@@ -42,7 +42,7 @@ static float pixels[MOST];
 // Plans, runs and verifies; the pixels lie tightly packed.
 static struct work run_to(const struct request *r, const float *samples, float *out)
 {
-    struct work w = {NULL};
+    struct work w = {0};
     weft_resample_compiled *compiled = NULL;
     const struct weft_kernel kernel = kernel_named(r->kernel);
     const struct where *where = r->where ? r->where : &wheres[first_cpu];

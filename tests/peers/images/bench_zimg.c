@@ -97,7 +97,7 @@ static void prepare_zimg(struct work *w)
 {
     const zimg_image_format from = format_of(w->from), to = format_of(w->to);
     zimg_graph_builder_params params;
-    size_t bytes;
+    size_t bytes = 0;
     zimg_graph_builder_params_default(&params, ZIMG_API_VERSION);
     params.resample_filter = w->filter;
     params.filter_param_a = w->a;
