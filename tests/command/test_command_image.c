@@ -384,7 +384,7 @@ static void all_parts_are_resampled(void **state)
     assert_int_equal(out.part_count, 1);
     assert_string_equal(out.name, "depth");
     weft_image_clear(&out);
-    command_fails(2, "no channel 'W'; there are: Y, Z", "resample", "layers.exr", "-o", "out2.exr",
+    command_fails(2, "no channel 'W'; there are Y, Z", "resample", "layers.exr", "-o", "out2.exr",
                   "--channels", "Z,W");
     json_t *root = parse(command_succeeds("resample", "parts.exr", "--json", "--verify", "-q"));
     assert_int_equal(json_array_size(json_object_get(root, "parts")), 2);

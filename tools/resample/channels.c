@@ -31,6 +31,20 @@ static void list_channels(const struct weft_image *images, size_t count, char *t
         }
 }
 
+static void report_missing(const char *input, const struct weft_image *images, size_t count,
+                           const char *name)
+{
+    enum { MOST = 64 };
+    const char *names[MOST + 1] = {NULL};
+    char explanation[700];
+    int known = 0;
+    for (size_t p = 0; p < count; p++)
+        for (size_t i = 0; i < images[p].channel_count && known < MOST; i++)
+            names[known++] = images[p].channels[i].name;
+    report_error("%s has no channel '%s'%s", input, name,
+                 weft_closest_explain(name, strlen(name), names, explanation, sizeof explanation));
+}
+
 static bool has_channel(const struct weft_image *images, size_t count, const char *name)
 {
     for (size_t p = 0; p < count; p++)
@@ -43,7 +57,7 @@ static bool has_channel(const struct weft_image *images, size_t count, const cha
 enum weft_result resample_check_names(const char *input, const struct weft_image *images,
                                       size_t count, const char *list)
 {
-    char names[700], name[256];
+    char name[256];
     for (const char *at = list; at; at = strchr(at, ',')) {
         at += *at == ',' && at != list;
         const size_t size = strcspn(at, ",");
@@ -51,11 +65,10 @@ enum weft_result resample_check_names(const char *input, const struct weft_image
         const bool there = has_channel(images, count, name);
         if (there && (!at[size] || !resample_names_channel(at + size + 1, name)))
             continue;
-        list_channels(images, count, names, sizeof names);
         if (there)
             report_error("--channels %s: '%s' is there twice", list, name);
         else
-            report_error("%s has no channel '%s'; there are: %s", input, name, names);
+            report_missing(input, images, count, name);
         return WEFT_ERR_ARGUMENT;
     }
     return WEFT_OK;
