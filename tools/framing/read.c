@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "tools/common/hint.h"
 #include "tools/common/report.h"
 #include "tools/framing/framing.h"
 
@@ -78,7 +79,9 @@ enum weft_result framing_read_at(const char *text, struct framing_span *out)
             return WEFT_OK;
         }
     }
-    report_error("--at: '%s' is neither one finite number or percentage nor two, as A..B", text);
+    char hint[HINT_TEXT];
+    report_error("--at: '%s' is neither one finite number or percentage nor two, as A..B%s", text,
+                 hint_number(text, hint));
     return WEFT_ERR_ARGUMENT;
 }
 

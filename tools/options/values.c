@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "tools/common/hint.h"
 #include "tools/common/paths.h"
 #include "tools/common/report.h"
 
@@ -113,23 +114,6 @@ static bool parse_bytes(const char *text, int64_t *out)
         return false;
     *out <<= shift;
     return true;
-}
-
-// What may be wrong with a number: "", or what to write in its place.
-static const char *hint_number(const char *text, char hint[96])
-{
-    char *end;
-    *hint = 0;
-    const size_t digits = strspn(text, "+-0123456789");
-    if (strstr(text, "\u2212") || strstr(text, "\u2013") || strstr(text, "\u2014"))
-        snprintf(hint, 96, " (its minus is a dash that is not '-')");
-    else if (text[digits] == ',' && strlen(text) < 32 &&
-             !text[digits + 1 + strspn(text + digits + 1, "0123456789")])
-        snprintf(hint, 96, " (decimals have a point: %.*s.%s)", (int)digits, text,
-                 text + digits + 1);
-    else if (strtod(text, &end), end != text && (isalpha((unsigned char)*end) || *end == '%'))
-        snprintf(hint, 96, " (without '%.16s')", end);
-    return hint;
 }
 
 static bool is_choice(const struct option_spec *spec, int index)
@@ -242,7 +226,7 @@ static bool parse_output(const struct option_parse *parse, const struct option_s
 bool options_read_value(const struct option_parse *parse, const struct option_spec *spec,
                         const char *text, struct option_value *value)
 {
-    char hint[96];
+    char hint[HINT_TEXT];
     value->given = true;
     value->text = text;
     switch (spec->type) {
