@@ -15,7 +15,8 @@ struct command_result {
 };
 
 // cmocka group fixtures: makes a scratch folder, changes into it, and makes ml.vdb (Marschner-Lobb,
-// 32^3, voxel 0.5) and sphere.vdb (32^3); afterwards removes it.
+// 32^3, voxel 0.5) and sphere.vdb (32^3); afterwards removes it. Costs that weft calibrate has left
+// on the machine are not read.
 int command_setup(void **state);
 int command_setup_folder(void **state); // the folder only
 int command_teardown(void **state);

@@ -66,7 +66,7 @@ static void other_kernels_are_refused(void **state)
         {"bspline1i", "bspline2i,"},        {"catmull-romi", "bspline2i,"},
         {"cubici:1,0", "bspline2i,"},       {"lagrange3i", "bspline2i,"},
         {"bspline3i+radial", "radial"},     {"i", "no kernel"},
-        {"bspline3ii", "no kernel"},        {"bspline3i:1", "takes 0"},
+        {"bspline3ii", "no kernel"},        {"bspline3i:1", "takes no parameters"},
     };
     for (size_t i = 0; i < WEFT_COUNT(cases); i++) {
         struct message message = {.count = 0};

@@ -445,7 +445,7 @@ static void test_lies(void **state)
     write_whole(file_path("lie.nrrd"), "NRRD0004\ntype: uint8", 20);
     assert_refused("lie.nrrd", WEFT_ERR_FORMAT, "cut short?");
     write_whole(file_path("lie.nrrd"), "what is this?", 13);
-    assert_refused("lie.nrrd", WEFT_ERR_FORMAT, "wrong magic number");
+    assert_refused("lie.nrrd", WEFT_ERR_FORMAT, "neither a VDB");
     // 64 MiB of zeros in some 64 KiB: believable, and over the limit that is asked for.
     const size_t zeros = (size_t)64 << 20;
     void *big = calloc(1, zeros);
