@@ -259,10 +259,9 @@ int command_setup_folder(void **state)
     snprintf(mark, sizeof mark, "WEFT_TEST_MARK=%ld.%ld", (long)getpid(), (long)time(NULL));
     // An allocation that is too large fails under AddressSanitizer as it does elsewhere.
     setenv("ASAN_OPTIONS", "allocator_may_return_null=1", 0);
-    if (!mkdtemp(folder) || chdir(folder) != 0)
-        return -1;
-    // What weft calibrate has left on this machine decides nothing here.
-    return setenv("XDG_CACHE_HOME", folder, 1);
+    // What weft calibrate has left on this machine decides nothing here. Mesa keeps shaders there.
+    setenv("XDG_CACHE_HOME", WEFT_BINARY_DIR "/cache", 1);
+    return mkdtemp(folder) && chdir(folder) == 0 ? 0 : -1;
 }
 
 int command_setup(void **state)
