@@ -24,7 +24,7 @@ enum option_type {
     OPTION_POINT,   // X,Y,Z -> number[3]
     OPTION_RANGE,   // LO,HI -> number[2]
     OPTION_SPACING, // S (all three alike) or SX,SY,SZ -> number[3]
-    OPTION_PIXELS,  // WxH -> integer[2]
+    OPTION_PIXELS,  // N (both) or WxH -> integer[2]
     OPTION_VOXELS,  // N (all three alike) or NxNxN -> integer[3]
     OPTION_INDEX,   // I,J,K -> integer[3]
     OPTION_OUTPUT,  // a file's name, "-" for standard output (text is then /dev/stdout); the ending

@@ -26,7 +26,7 @@ static const struct list_form {
     [OPTION_POINT] = {',', false, 3, false, "three finite numbers X,Y,Z, as 1,2,3"},
     [OPTION_RANGE] = {',', false, 2, false, "two finite numbers LO,HI, as 0,1"},
     [OPTION_SPACING] = {',', false, 3, true, "one finite number or three, SX,SY,SZ"},
-    [OPTION_PIXELS] = {'x', true, 2, false, "two whole numbers, as 1024x768"},
+    [OPTION_PIXELS] = {'x', true, 2, true, "one whole number or two, as 512 or 1024x768"},
     [OPTION_VOXELS] = {'x', true, 3, true, "one whole number or three, as 64x64x32"},
     [OPTION_INDEX] = {',', true, 3, false, "three whole numbers I,J,K"},
 };

@@ -38,7 +38,7 @@ enum scene_option {
              [first + SCENE_OPTION_SIZE] = {.name = "size",                                        \
                                             0,                                                     \
                                             OPTION_PIXELS,                                         \
-                                            "WxH",                                                 \
+                                            "N|WxH",                                               \
                                             "of the picture (default 512x512)",                    \
                                             .group = OPTION_GEOMETRY,                              \
                                             .brief = "pixels"},                                    \

@@ -116,7 +116,7 @@ static const struct option_spec options[CHART_OPTION_COUNT] = {
     [CHART_SIZE] = {.name = "size",
                     0,
                     OPTION_PIXELS,
-                    "WxH",
+                    "N|WxH",
                     "pixels (default 512x512; quick: 256x256; --accumulate and --antialias: half "
                     "of that)",
                     .group = OPTION_GEOMETRY,

@@ -93,7 +93,7 @@ static void bad_values_are_refused(void **state)
         {"adaptive", {"--pattern", "halton:999"}, "a pixel has 256 samples at most"},
         {"msaa", {"--size", "0x4"}, "--size 0x4: each is 1 to 16384 pixels"},
         {"msaa", {"--size", "99999x4"}, "--size 99999x4: each is 1 to 16384 pixels"},
-        {"msaa", {"--size", "8"}, "8"},
+        {"msaa", {"--size", "8x"}, "8x"},
         {"msaa", {"--frames", "0"}, "--frames 0: not a whole number from 1 to 10000"},
         {"msaa", {"--frames", "1e9"}, "--frames 1e9: not a whole number"},
         {"msaa", {"--frames", "2"}, "p.exr"},
